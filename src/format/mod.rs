@@ -1,0 +1,1 @@
+//! Files to meshes: one file a format, one registry line each.

@@ -1,0 +1,10 @@
+//! Pure mathematics on points: boxes, tets, tet-box overlap.
+//!
+//! Conventions held everywhere: a tet with corners 0..3 is *positive* when `(p1 - p0) x (p2 - p0) . (p3 - p0) > 0` (VTK's order),
+//! and **face `i` is the face opposite corner `i`**.
+
+mod aabb;
+mod tet;
+
+pub use aabb::Aabb;
+pub use tet::{FACES, barycentric, closest_point, closest_point_on_triangle, gradient, is_degenerate, signed_volume};

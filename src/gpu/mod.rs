@@ -1,0 +1,1 @@
+//! All that names wgpu: device, shaders, volume upload, march, timers.

@@ -1,0 +1,3 @@
+//! The program: parse, run, print one error line, exit status.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Procedural meshes that carry known fields.

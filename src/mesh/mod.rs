@@ -1,0 +1,8 @@
+//! The tet mesh: validated points, tets and arrays; the scalar field picked from them.
+
+mod field;
+pub mod generate;
+mod tet_mesh;
+
+pub use field::{Association, Component, FieldError, FieldSelection, ScalarField};
+pub use tet_mesh::{DataArray, MeshError, MeshParts, TetMesh, Values};

@@ -1,0 +1,312 @@
+//! [`TetMesh`] and its validation.
+
+use crate::geometry::{self, Aabb};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// The numbers of an array. Integers of up to 24 bits and f32 are kept as f32, all else as f64.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values {
+    /// 32-bit floats.
+    F32(Vec<f32>),
+    /// 64-bit floats.
+    F64(Vec<f64>),
+}
+
+impl Values {
+    /// How many numbers there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Values::F32(v) => v.len(),
+            Values::F64(v) => v.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number `i`, widened.
+    pub fn get(&self, i: usize) -> f64 {
+        match self {
+            Values::F32(v) => f64::from(v[i]),
+            Values::F64(v) => v[i],
+        }
+    }
+}
+
+/// A named array over points or cells: `values[tuple * components + component]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DataArray {
+    /// The name the file gives it.
+    pub name: String,
+    /// Numbers per point or cell, at least 1.
+    pub components: usize,
+    /// All numbers, tuple by tuple.
+    pub values: Values,
+}
+
+impl DataArray {
+    /// How many tuples (points or cells) the array covers.
+    pub fn tuples(&self) -> usize {
+        self.values.len() / self.components
+    }
+}
+
+/// What a reader hands to [`TetMesh::new`]: absolute coordinates, nothing checked yet.
+#[derive(Debug, Clone, Default)]
+pub struct MeshParts {
+    /// Points in world coordinates.
+    pub points: Vec<DVec3>,
+    /// Four point indices a tet, in VTK's order or its mirror image.
+    pub tets: Vec<[u32; 4]>,
+    /// Arrays with one tuple a point.
+    pub point_data: Vec<DataArray>,
+    /// Arrays with one tuple a tet.
+    pub cell_data: Vec<DataArray>,
+    /// The array that the file marks as its scalars, if any.
+    pub active_scalars: Option<String>,
+}
+
+/// Why parts do not make a mesh.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MeshError {
+    /// There is nothing to draw.
+    #[error("the mesh has no tetrahedra")]
+    NoTets,
+    /// Indices are u32.
+    #[error("the mesh has {count} {what}, more than the {max} that octetra can index", max = u32::MAX - 1)]
+    TooMany {
+        /// "points" or "tets".
+        what: &'static str,
+        /// How many there are.
+        count: usize,
+    },
+    /// A tet names a point that does not exist.
+    #[error("tet {tet} uses point {index}, but there are only {points} points")]
+    PointIndex {
+        /// The first such tet.
+        tet: usize,
+        /// The index it holds.
+        index: u32,
+        /// The number of points.
+        points: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("point {index} has the coordinates ({}, {}, {}); coordinates must be finite", at.x, at.y, at.z)]
+    NonFinitePoint {
+        /// The first such point.
+        index: usize,
+        /// Its coordinates.
+        at: DVec3,
+    },
+    /// An array does not fit the mesh.
+    #[error("array \"{name}\" has {found} numbers, expected {tuples} x {components} (one tuple for each of the {tuples} {of})")]
+    ArrayLength {
+        /// The array.
+        name: String,
+        /// Numbers it has.
+        found: usize,
+        /// Tuples it should have.
+        tuples: usize,
+        /// Components a tuple.
+        components: usize,
+        /// "points" or "tets".
+        of: &'static str,
+    },
+}
+
+/// A valid tetrahedral mesh. Every index is in range, every point finite, every tet positive or marked as of zero volume.
+///
+/// Points are stored relative to [`TetMesh::center`], subtracted in f64, so that a mesh far from the origin keeps its precision when
+/// coordinates become f32 on the GPU.
+#[derive(Debug, Clone)]
+pub struct TetMesh {
+    points: Vec<DVec3>,
+    center: DVec3,
+    bounds: Aabb,
+    tets: Vec<[u32; 4]>,
+    zero_volume: Vec<bool>,
+    zero_volume_count: usize,
+    inverted_count: usize,
+    point_data: Vec<DataArray>,
+    cell_data: Vec<DataArray>,
+    active_scalars: Option<String>,
+}
+
+impl TetMesh {
+    /// Validates parts: checks indices, coordinates and array lengths, reorients inverted tets, marks those without volume.
+    pub fn new(parts: MeshParts) -> Result<Self, MeshError> {
+        let MeshParts { mut points, mut tets, point_data, cell_data, active_scalars } = parts;
+        let limit = u32::MAX as usize - 1;
+        for (what, count) in [("points", points.len()), ("tets", tets.len())] {
+            if count > limit {
+                return Err(MeshError::TooMany { what, count });
+            }
+        }
+        if tets.is_empty() {
+            return Err(MeshError::NoTets);
+        }
+        if let Some((tet, index)) = tets
+            .par_iter()
+            .enumerate()
+            .find_map_first(|(tet, corners)| corners.iter().find(|&&index| index as usize >= points.len()).map(|&index| (tet, index)))
+        {
+            return Err(MeshError::PointIndex { tet, index, points: points.len() });
+        }
+        if let Some(index) = points.par_iter().position_first(|p| !p.is_finite()) {
+            return Err(MeshError::NonFinitePoint { index, at: points[index] });
+        }
+        for (arrays, tuples, of) in [(&point_data, points.len(), "points"), (&cell_data, tets.len(), "tets")] {
+            for a in arrays {
+                if a.components == 0 || Some(a.values.len()) != tuples.checked_mul(a.components) {
+                    let (name, found, components) = (a.name.clone(), a.values.len(), a.components);
+                    return Err(MeshError::ArrayLength { name, found, tuples, components, of });
+                }
+            }
+        }
+        let world = Aabb::of_points(points.iter().copied());
+        let center = world.center();
+        points.par_iter_mut().for_each(|p| *p -= center);
+        let inverted_and_flat: Vec<(bool, bool)> = tets
+            .par_iter_mut()
+            .map(|corners| {
+                let p = corners.map(|i| points[i as usize]);
+                if geometry::is_degenerate(&p) {
+                    return (false, true);
+                }
+                let inverted = geometry::signed_volume(&p) < 0.0;
+                if inverted {
+                    corners.swap(2, 3);
+                }
+                (inverted, false)
+            })
+            .collect();
+        let zero_volume: Vec<bool> = inverted_and_flat.iter().map(|&(_, flat)| flat).collect();
+        Ok(TetMesh {
+            zero_volume_count: zero_volume.iter().filter(|&&flat| flat).count(),
+            inverted_count: inverted_and_flat.iter().filter(|&&(inverted, _)| inverted).count(),
+            bounds: world.translated(-center),
+            points,
+            center,
+            tets,
+            zero_volume,
+            point_data,
+            cell_data,
+            active_scalars,
+        })
+    }
+
+    /// Points relative to [`TetMesh::center`].
+    pub fn points(&self) -> &[DVec3] {
+        &self.points
+    }
+
+    /// The world position that points are relative to: the centre of the bounds of all points.
+    pub fn center(&self) -> DVec3 {
+        self.center
+    }
+
+    /// Bounds of all points, relative to [`TetMesh::center`].
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// Point indices of each tet, positively oriented (or of zero volume).
+    pub fn tets(&self) -> &[[u32; 4]] {
+        &self.tets
+    }
+
+    /// The corners of a tet, relative to [`TetMesh::center`].
+    pub fn corners(&self, tet: usize) -> [DVec3; 4] {
+        self.tets[tet].map(|i| self.points[i as usize])
+    }
+
+    /// Whether a tet has no volume; such tets are kept (their faces join others) but take no part in volume work.
+    pub fn is_zero_volume(&self, tet: usize) -> bool {
+        self.zero_volume[tet]
+    }
+
+    /// How many tets have no volume.
+    pub fn zero_volume_count(&self) -> usize {
+        self.zero_volume_count
+    }
+
+    /// How many tets were listed in mirror order and reoriented.
+    pub fn inverted_count(&self) -> usize {
+        self.inverted_count
+    }
+
+    /// Arrays over points.
+    pub fn point_data(&self) -> &[DataArray] {
+        &self.point_data
+    }
+
+    /// Arrays over tets.
+    pub fn cell_data(&self) -> &[DataArray] {
+        &self.cell_data
+    }
+
+    /// The array that the file marks as its scalars.
+    pub fn active_scalars(&self) -> Option<&str> {
+        self.active_scalars.as_deref()
+    }
+
+    /// Bytes that the mesh takes in memory, arrays included.
+    pub fn bytes(&self) -> usize {
+        let arrays = self.point_data.iter().chain(&self.cell_data);
+        let array_bytes: usize = arrays.map(|a| a.values.len() * if matches!(a.values, Values::F32(_)) { 4 } else { 8 }).sum();
+        size_of_val(&self.points[..]) + size_of_val(&self.tets[..]) + self.zero_volume.len() + array_bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit() -> MeshParts {
+        MeshParts { points: vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z], tets: vec![[0, 1, 2, 3]], ..Default::default() }
+    }
+
+    #[test]
+    fn inverted_tets_are_turned_and_counted() {
+        let mut parts = unit();
+        parts.tets.push([0, 2, 1, 3]);
+        let mesh = TetMesh::new(parts).expect("valid");
+        assert_eq!(mesh.inverted_count(), 1);
+        assert!((0..2).all(|t| geometry::signed_volume(&mesh.corners(t)) > 0.0));
+    }
+
+    #[test]
+    fn flat_tets_are_kept_and_marked() {
+        let mut parts = unit();
+        parts.tets.push([0, 1, 2, 2]);
+        let mesh = TetMesh::new(parts).expect("valid");
+        assert_eq!((mesh.tets().len(), mesh.zero_volume_count()), (2, 1));
+        assert!(mesh.is_zero_volume(1) && !mesh.is_zero_volume(0));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let mut parts = unit();
+        parts.tets[0][3] = 9;
+        assert_eq!(TetMesh::new(parts).err(), Some(MeshError::PointIndex { tet: 0, index: 9, points: 4 }));
+        let mut parts = unit();
+        parts.points[2].y = f64::NAN;
+        assert!(matches!(TetMesh::new(parts).err(), Some(MeshError::NonFinitePoint { index: 2, .. })));
+        let mut parts = unit();
+        parts.point_data.push(DataArray { name: "s".into(), components: 1, values: Values::F32(vec![0.0; 3]) });
+        assert!(TetMesh::new(parts).is_err_and(|e| e.to_string().contains("\"s\" has 3 numbers, expected 4 x 1")));
+        assert_eq!(TetMesh::new(MeshParts::default()).err(), Some(MeshError::NoTets));
+    }
+
+    #[test]
+    fn a_mesh_moved_far_away_keeps_its_shape() {
+        let mut parts = unit();
+        parts.points.iter_mut().for_each(|p| *p += DVec3::splat(1e6));
+        let (far, near) = (TetMesh::new(parts).expect("valid"), TetMesh::new(unit()).expect("valid"));
+        assert_eq!(far.points(), near.points());
+        assert_eq!(far.center() - near.center(), DVec3::splat(1e6));
+    }
+}

@@ -1,0 +1,11 @@
+//! Regularization: from a tet mesh to an adaptive octree, and on to the octree texture.
+//!
+//! Tong & Xu, *High Accuracy in Visualization of Tetrahedral Volume Data Based on an Adaptive Octree*, 2014.
+
+mod params;
+mod texture;
+mod tree;
+
+pub use params::{Boundary, OctreeParams, ParamsError, Preset, Sampling};
+pub use texture::{Node, OctreeTexture, TextureError};
+pub use tree::{Level, Octree};

@@ -1,0 +1,63 @@
+//! The adaptive octree without pointers: per level, one pair of masks a block.
+
+use super::OctreeParams;
+use glam::DVec3;
+
+/// The blocks of one level, in breadth-first order. A *block* is the 8 children of one interior cell; child `i = x + 2 y + 4 z`.
+///
+/// The n-th interior child of level l, counted over blocks and children in order, owns the n-th block of level l + 1: order replaces
+/// pointers. Leaf arrays hold the full leaves of the level in the same order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Level {
+    /// Bit i: child i is interior. One byte a block.
+    pub interior: Vec<u8>,
+    /// Bit i: child i is a non-empty leaf. One byte a block; never set together with the interior bit.
+    pub leaf: Vec<u8>,
+    /// Normalised value of each leaf, in [0, 1].
+    pub value: Vec<f32>,
+    /// Smallest and largest normalised value in each leaf, of the field inside the mesh (a safe bound, not always tight).
+    pub range: Vec<[f32; 2]>,
+}
+
+/// An adaptive octree over a cube. `levels[l]` holds blocks whose children have depth `l + 1`; level 0 has one block, the root's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Octree {
+    /// Lowest corner of the root cube, relative to the mesh's centre.
+    pub root_min: DVec3,
+    /// Edge of the root cube, world units.
+    pub root_edge: f64,
+    /// What normalised 0 and 1 stand for: the array's own range.
+    pub value_range: [f64; 2],
+    /// Blocks by level.
+    pub levels: Vec<Level>,
+    /// How it was built.
+    pub params: OctreeParams,
+}
+
+impl Octree {
+    /// Number of blocks, which is the number of interior cells, the root included.
+    pub fn interior_count(&self) -> usize {
+        self.levels.iter().map(|l| l.interior.len()).sum()
+    }
+
+    /// Number of non-empty leaves.
+    pub fn leaf_count(&self) -> usize {
+        self.levels.iter().map(|l| l.value.len()).sum()
+    }
+
+    /// Number of empty leaves.
+    pub fn empty_count(&self) -> usize {
+        let empty = |l: &Level| l.interior.iter().zip(&l.leaf).map(|(i, f)| (i | f).count_zeros() as usize).sum::<usize>();
+        self.levels.iter().map(empty).sum()
+    }
+
+    /// Interior cells and non-empty leaves: the node count of the paper's tables.
+    pub fn node_count(&self) -> usize {
+        self.interior_count() + self.leaf_count()
+    }
+
+    /// Non-empty leaves by depth; index 0 is depth 0 and always 0.
+    pub fn leaves_by_depth(&self) -> Vec<usize> {
+        std::iter::once(0).chain(self.levels.iter().map(|l| l.value.len())).collect()
+    }
+}

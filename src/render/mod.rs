@@ -1,0 +1,1 @@
+//! One call for every renderer, for the window and the command alike.

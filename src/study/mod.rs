@@ -1,0 +1,1 @@
+//! What runs the rest many times and reports: benchmarks.
