@@ -3,9 +3,11 @@
 //! Tong & Xu, *High Accuracy in Visualization of Tetrahedral Volume Data Based on an Adaptive Octree*, 2014.
 
 mod params;
+mod procedural;
 mod texture;
 mod tree;
 
 pub use params::{Boundary, OctreeParams, ParamsError, Preset, Sampling};
+pub use procedural::CellKind;
 pub use texture::{Node, OctreeTexture, TextureError};
 pub use tree::{Level, Octree};
