@@ -1,1 +1,94 @@
-//! The marcher on the CPU: the definition of what the shaders must do, and the fallback without a GPU.
+//! The marcher on the CPU: what the shaders must do, written to be read, and the fallback on a machine without an adapter.
+//!
+//! Each file is the twin of the shader of its name: same functions, same order, f32 throughout. Lengths are in edges of the root cube.
+
+mod descent;
+mod march_leaf;
+mod march_paper;
+mod ray;
+
+use crate::image::Image;
+use crate::octree::OctreeTexture;
+use crate::optics::{Classifier, KnotTable};
+use crate::progress::{Cancelled, Progress};
+use crate::view::{CubeRays, RayFrame, RenderSettings, Steps};
+use ray::Ray;
+use rayon::prelude::*;
+
+/// No ray looks up more cells: only steps far below any leaf's size could.
+const MAX_LOOKUPS: u32 = 1 << 22;
+/// The shortest step in cube edges. With t below 2, f32 still tells apart the two ends of such a step.
+const MIN_STEP: f32 = 1.0 / 1_048_576.0;
+
+/// What a march gives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MarchOutput {
+    /// Linear premultiplied RGBA, row 0 at the top.
+    pub image: Image,
+    /// Look-ups that found a full leaf: `leaf`, the leaves that rays pass; `paper`, all samples, those stepped back from included.
+    pub samples: u64,
+}
+
+/// What all rays of an image share.
+struct Scene<'a> {
+    texture: &'a OctreeTexture,
+    table: &'a KnotTable,
+    min_transmittance: f32,
+    /// L_s in cube edges.
+    step: f32,
+}
+
+impl Scene<'_> {
+    /// The step at a depth, `L(d) = L_s / 2^(d-1)`, equation (2) of method 1.4.
+    fn step_at(&self, depth: u32) -> f32 {
+        (self.step / (1u32 << (depth - 1)) as f32).max(MIN_STEP)
+    }
+}
+
+/// Marches the octree texture along every ray of `frame` by the rule `settings.steps`, row by row on all threads; the result does not
+/// depend on their number. Of the settings, `steps`, `step_world` and `min_transmittance` count; the size is the frame's.
+pub fn march(
+    texture: &OctreeTexture,
+    frame: &RayFrame,
+    classifier: &Classifier,
+    settings: &RenderSettings,
+    progress: &Progress,
+) -> Result<MarchOutput, Cancelled> {
+    let mut image = Image::new(frame.width, frame.height);
+    progress.begin("march", u64::from(frame.height));
+    if texture.depth() == 0 || image.pixels.is_empty() {
+        return Ok(MarchOutput { image, samples: 0 });
+    }
+    let rays = CubeRays::new(frame, texture.root_min(), texture.root_edge());
+    let table = classifier.table(texture.root_edge());
+    let scene = Scene {
+        texture,
+        table: &table,
+        min_transmittance: settings.min_transmittance as f32,
+        step: settings.step_world.map_or(0.5, |step| step / texture.root_edge()) as f32,
+    };
+    let march_ray = match settings.steps {
+        Steps::Leaf => march_leaf::march,
+        Steps::Paper => march_paper::march,
+    };
+    let march_row = |(row, pixels): (usize, &mut [[f32; 4]])| {
+        progress.check()?;
+        let mut samples = 0;
+        for (column, pixel) in pixels.iter_mut().enumerate() {
+            let ray = Ray::enter(rays.ray(column as u32, row as u32));
+            if ray.t_out > 0.0 {
+                let (light, met) = march_ray(&scene, &ray);
+                *pixel = light.rgba();
+                samples += u64::from(met);
+            }
+        }
+        progress.add(1);
+        Ok(samples)
+    };
+    let rows = image.pixels.par_chunks_mut(frame.width as usize).enumerate();
+    let samples = rows.map(march_row).try_reduce(|| 0, |a, b| Ok(a + b))?;
+    Ok(MarchOutput { image, samples })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,1 +1,18 @@
-//! All that names wgpu: device, shaders, volume upload, march, timers.
+//! The GPU: device, shaders, their data, and the march over the octree texture.
+//!
+//! Immutable renderer ([`Marcher`]), separate data ([`OctreeVolume`]), separate view (frame, classifier, settings): the window and the
+//! command call the same functions. Device errors come back as [`GpuError`].
+
+mod context;
+pub mod layout;
+mod march;
+pub mod shader;
+mod target;
+mod timing;
+mod volume;
+
+pub use context::{Context, GpuError, device_descriptor};
+pub use march::{GpuFrame, Marcher};
+pub use target::Target;
+pub use timing::FrameTimes;
+pub use volume::OctreeVolume;

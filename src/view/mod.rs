@@ -1,9 +1,11 @@
 //! What decides an image besides the data: camera, transfer function, render settings. All renderers take the same [`View`].
 
 mod camera;
+mod cube_rays;
 mod settings;
 mod transfer_function;
 
 pub use camera::{Camera, CameraError, Projection, RayFrame};
+pub use cube_rays::{CubeRay, CubeRays};
 pub use settings::{RenderSettings, RendererKind, Steps, View};
 pub use transfer_function::{OpacityModel, TransferFunction, TransferFunctionError};

@@ -1,0 +1,59 @@
+// Finding the leaf that holds a cell of the grid. A node is one number: A in the highest byte, then R, G, B of its texel.
+
+// The deepest level that a texel can name.
+const MAX_DEPTH: u32 = 25u;
+// The highest byte of an interior node.
+const INTERIOR: u32 = 255u;
+const EMPTY: u32 = 0u;
+
+// A leaf, or EMPTY, and its cell.
+struct Found {
+    word: u32,
+    cell: Cell,
+}
+
+// The blocks on the way from the root to the last leaf found, its level, and the cell that was asked for.
+var<private> stack: array<u32, MAX_DEPTH>;
+var<private> stack_level: u32;
+var<private> stack_cell: vec3<u32>;
+
+fn grid_cells() -> u32 {
+    return 1u << frame.depth;
+}
+
+fn leaf_depth(word: u32) -> u32 {
+    return (word >> 24u) / 10u;
+}
+
+fn leaf_value(word: u32) -> f32 {
+    return f32(word & 0x00ffffffu) * (1.0 / 16777215.0);
+}
+
+fn start_descent() {
+    stack[0] = 0u;
+    stack_level = 0u;
+    stack_cell = vec3<u32>(0u);
+}
+
+// Starts at the lowest block that holds both `at` and the cell asked for before: the highest bit in which their coordinates differ
+// tells its level.
+fn find(at: vec3<u32>) -> Found {
+    let change = at ^ stack_cell;
+    let highest = firstLeadingBit(max(change.x | change.y | change.z, 1u));
+    var level = min(stack_level, frame.depth - 1u - highest);
+    stack_cell = at;
+    var block = stack[level];
+    loop {
+        let bit = frame.depth - 1u - level;
+        let word = node(block, (at >> vec3<u32>(bit)) & vec3<u32>(1u));
+        let interior = (word >> 24u) == INTERIOR;
+        if (!interior || bit == 0u) {
+            stack_level = level;
+            let cell = Cell((at >> vec3<u32>(bit)) << vec3<u32>(bit), 1u << bit);
+            return Found(select(word, EMPTY, interior), cell);
+        }
+        level += 1u;
+        block = word & 0x00ffffffu;
+        stack[level] = block;
+    }
+}

@@ -1,0 +1,72 @@
+// A ray through the root cube and the cells it crosses, in integer coordinates on the grid of the deepest level: no cell is missed or
+// visited twice, and each step leaves another face behind. src/cpu/ray.rs says more.
+
+// Direction components smaller than this are taken as 0.
+const PARALLEL: f32 = 1e-12;
+// Stands for infinity.
+const FAR: f32 = 1e30;
+
+// A ray inside the root cube, from t = 0 where it enters the cube, or at the eye, to t_out (0 if it misses).
+struct Ray {
+    origin: vec3<f32>,
+    direction: vec3<f32>,
+    inverse: vec3<f32>,
+    t_out: f32,
+}
+
+// Lowest corner and edge on the grid of the deepest level.
+struct Cell {
+    low: vec3<u32>,
+    size: u32,
+}
+
+// Cuts a ray to the root cube.
+fn enter(ray: CubeRay) -> Ray {
+    let parallel = abs(ray.direction) < vec3<f32>(PARALLEL);
+    let direction = select(ray.direction, vec3<f32>(0.0), parallel);
+    let inverse = 1.0 / select(direction, vec3<f32>(1.0 / FAR), parallel);
+
+    let to_low = -ray.origin * inverse;
+    let to_high = (1.0 - ray.origin) * inverse;
+    let nears = select(min(to_low, to_high), vec3<f32>(-FAR), parallel);
+    let fars = select(max(to_low, to_high), vec3<f32>(FAR), parallel);
+    let near = max(max(nears.x, max(nears.y, nears.z)), ray.t_eye);
+    let far = min(fars.x, min(fars.y, fars.z));
+    let beside = any(parallel & ((ray.origin < vec3<f32>(0.0)) | (ray.origin >= vec3<f32>(1.0))));
+
+    // From here on t counts from the entry: it keeps its precision however far the eye is.
+    let origin = ray.origin + direction * near;
+    let side = select(vec3<f32>(0.0), vec3<f32>(1.0), direction >= vec3<f32>(0.0));
+    let leaving = (side - origin) * inverse;
+    let t_out = max(min(leaving.x, min(leaving.y, leaving.z)), 0.0);
+    return Ray(origin, direction, inverse, select(t_out, 0.0, beside || near >= far));
+}
+
+// Coordinates of the finest cell at t, clamped to a cell.
+fn cell_at(ray: Ray, t: f32, within: Cell, cells: u32) -> vec3<u32> {
+    let position = (ray.origin + ray.direction * t) * f32(cells);
+    return clamp(vec3<u32>(max(position, vec3<f32>(0.0))), within.low, within.low + (within.size - 1u));
+}
+
+// t of the planes through which the ray enters a cell, the last of them.
+fn entry(ray: Ray, cell: Cell, cells: u32) -> f32 {
+    let low = vec3<f32>(select(cell.low + cell.size, cell.low, ray.direction >= vec3<f32>(0.0)));
+    let t = (low / f32(cells) - ray.origin) * ray.inverse;
+    let nears = select(t, vec3<f32>(-FAR), ray.direction == vec3<f32>(0.0));
+    return max(nears.x, max(nears.y, nears.z));
+}
+
+// t of the planes through which the ray leaves a cell, per axis.
+fn exits(ray: Ray, cell: Cell, cells: u32) -> vec3<f32> {
+    let high = vec3<f32>(select(cell.low, cell.low + cell.size, ray.direction >= vec3<f32>(0.0)));
+    return (high / f32(cells) - ray.origin) * ray.inverse;
+}
+
+// Coordinates of the finest cell beyond the face through which the ray leaves a cell; at `cells` or wrapped below 0 once outside.
+fn step_out(ray: Ray, cell: Cell, leaving: vec3<f32>, t: f32, cells: u32) -> vec3<u32> {
+    let inside = cell_at(ray, t, cell, cells);
+    let beyond = select(cell.low - 1u, cell.low + cell.size, ray.direction >= vec3<f32>(0.0));
+    if (leaving.x <= t) { return vec3<u32>(beyond.x, inside.y, inside.z); }
+    if (leaving.y <= t) { return vec3<u32>(inside.x, beyond.y, inside.z); }
+    return vec3<u32>(inside.x, inside.y, beyond.z);
+}

@@ -1,0 +1,78 @@
+//! Finding the leaf that holds a cell of the grid: the twin of `shaders/shared/descent.wgsl`.
+
+use super::ray::Cell;
+use crate::octree::OctreeTexture;
+use glam::UVec3;
+
+/// The deepest level that a texel can name.
+const MAX_DEPTH: usize = 25;
+/// The highest byte of an interior texel.
+const INTERIOR: u32 = 255;
+
+/// A texel as one number: A in the highest byte, then R, G, B. 0 is empty.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct Word(pub u32);
+
+impl Word {
+    /// A leaf's depth.
+    pub fn depth(self) -> u32 {
+        (self.0 >> 24) / 10
+    }
+
+    /// A leaf's value, normalised.
+    pub fn value(self) -> f32 {
+        (self.0 & 0x00ff_ffff) as f32 * (1.0 / 16_777_215.0)
+    }
+}
+
+/// A place in the tree from which the next leaf is found: the blocks on the way from the root, and the level to start again from.
+pub(super) struct Descent<'a> {
+    texture: &'a OctreeTexture,
+    /// `stack[l]` is the block at level l above the last leaf found; level 0 is the root's.
+    stack: [u32; MAX_DEPTH],
+    level: u32,
+    last: UVec3,
+}
+
+impl<'a> Descent<'a> {
+    /// Starts at the root. The texture has at least one level.
+    pub fn new(texture: &'a OctreeTexture) -> Self {
+        Descent { texture, stack: [0; MAX_DEPTH], level: 0, last: UVec3::ZERO }
+    }
+
+    /// Cells along each axis of the grid.
+    pub fn cells(&self) -> u32 {
+        1 << self.texture.depth()
+    }
+
+    /// The leaf or empty cell that holds the finest cell `at`, starting at the lowest block that holds both `at` and the cell asked for
+    /// before: neighbours share all but a few levels, so most steps cost one or two fetches. The highest bit in which the coordinates
+    /// differ tells the level.
+    pub fn find(&mut self, at: UVec3) -> (Word, Cell) {
+        let depth = u32::from(self.texture.depth());
+        let differing = (at.x ^ self.last.x) | (at.y ^ self.last.y) | (at.z ^ self.last.z);
+        let mut level = self.level.min(depth - 1 - differing.checked_ilog2().unwrap_or(0));
+        self.last = at;
+        loop {
+            let bit = depth - 1 - level;
+            let word = self.node(self.stack[level as usize], (at >> bit) & 1);
+            let interior = word.0 >> 24 == INTERIOR;
+            if !interior || bit == 0 {
+                self.level = level;
+                let cell = Cell { low: (at >> bit) << bit, size: 1 << bit };
+                return (if interior { Word(0) } else { word }, cell);
+            }
+            level += 1;
+            self.stack[level as usize] = word.0 & 0x00ff_ffff;
+        }
+    }
+
+    /// The texel of a child. A block is named by its position in the pool, x in the highest byte, as an interior texel has it.
+    fn node(&self, block: u32, child: UVec3) -> Word {
+        let at = UVec3::new(block >> 16, block >> 8 & 255, block & 255) * 2 + child;
+        let size = self.texture.size();
+        let texel = self.texture.texels()[(at.x + size.x * (at.y + size.y * at.z)) as usize];
+        let [r, g, b, a] = texel.map(u32::from);
+        Word(a << 24 | r << 16 | g << 8 | b)
+    }
+}

@@ -1,0 +1,80 @@
+//! Structs that the CPU writes and shaders read; `tests/shaders.rs` compares them with their WGSL by name, offset and size.
+
+use crate::view::{CubeRays, RayFrame, RenderSettings};
+use bytemuck::{Pod, Zeroable};
+
+pub use crate::optics::Knot;
+
+/// What all rays of an image share: `Frame` in `shaders/shared/frame.wgsl`. Lengths are in edges of the root cube.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Frame {
+    /// Where the middle ray crosses the plane through the cube's centre.
+    pub origin: [f32; 3],
+    /// From the eye to that plane.
+    pub eye_distance: f32,
+    /// Origin offset per unit of x.
+    pub right_origin: [f32; 3],
+    /// Pixels along x.
+    pub width: u32,
+    /// Origin offset per unit of y.
+    pub up_origin: [f32; 3],
+    /// Pixels along y.
+    pub height: u32,
+    /// Unit view direction.
+    pub forward: [f32; 3],
+    /// A ray stops below it.
+    pub min_transmittance: f32,
+    /// Direction added per unit of x.
+    pub right: [f32; 3],
+    /// L_s, the step at depth 1.
+    pub step: f32,
+    /// Direction added per unit of y.
+    pub up: [f32; 3],
+    /// Levels of the octree, at least 1.
+    pub depth: u32,
+    /// Units of x and y per pixel.
+    pub pixel_size: [f32; 2],
+    /// Fills the struct to a multiple of 16 bytes.
+    pub _pad: [f32; 2],
+}
+
+/// The number of samples of an image: `Counter` in `shaders/shared/output.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
+pub struct Counter {
+    /// Low 32 bits.
+    pub low: u32,
+    /// High 32 bits.
+    pub high: u32,
+}
+
+impl Frame {
+    /// The rays of `frame` through a root cube, and the settings that count in the march. `depth` is the octree's.
+    pub fn new(frame: &RayFrame, root_min: glam::DVec3, root_edge: f64, depth: u8, settings: &RenderSettings) -> Self {
+        let rays = CubeRays::new(frame, root_min, root_edge);
+        Frame {
+            origin: rays.origin.to_array(),
+            eye_distance: rays.eye_distance,
+            right_origin: rays.right_origin.to_array(),
+            width: rays.size[0],
+            up_origin: rays.up_origin.to_array(),
+            height: rays.size[1],
+            forward: rays.forward.to_array(),
+            min_transmittance: settings.min_transmittance as f32,
+            right: rays.right.to_array(),
+            step: settings.step_world.map_or(0.5, |step| step / root_edge) as f32,
+            up: rays.up.to_array(),
+            depth: u32::from(depth).max(1),
+            pixel_size: rays.pixel_size(),
+            _pad: [0.0; 2],
+        }
+    }
+}
+
+impl Counter {
+    /// The number.
+    pub fn total(self) -> u64 {
+        u64::from(self.high) << 32 | u64::from(self.low)
+    }
+}

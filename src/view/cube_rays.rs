@@ -1,0 +1,131 @@
+//! The rays of an image in the units of a cube: what the marchers on the CPU and the GPU start from.
+
+use super::RayFrame;
+use glam::{DVec3, Vec3};
+
+/// A [`RayFrame`] in the units of a cube, which is [0, 1)^3, in f32: `origin + x right_origin + y up_origin`, direction
+/// `normalize(forward + x right + y up)`.
+///
+/// In f32 a far eye would lose what lies behind the point: 1e6 cube edges away, positions come in steps of a sixteenth of the cube.
+/// Therefore rays do not start at the eye but where they cross the plane through the cube's centre that faces the eye. That plane is
+/// found in f64, and the eye lies `eye_distance |forward + x right + y up|` before it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CubeRays {
+    /// Where the middle ray crosses the centre plane.
+    pub origin: Vec3,
+    /// Origin offset per unit of x.
+    pub right_origin: Vec3,
+    /// Origin offset per unit of y.
+    pub up_origin: Vec3,
+    /// Unit view direction.
+    pub forward: Vec3,
+    /// Direction added per unit of x.
+    pub right: Vec3,
+    /// Direction added per unit of y.
+    pub up: Vec3,
+    /// From the eye to the centre plane, in cube edges; 0 if the eye is beyond it.
+    pub eye_distance: f32,
+    /// Image width and height in pixels.
+    pub size: [u32; 2],
+}
+
+/// One ray in the units of a cube.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CubeRay {
+    /// The point at t = 0.
+    pub origin: Vec3,
+    /// Unit direction, so that t is a length in cube edges.
+    pub direction: Vec3,
+    /// The eye's t: nothing before it is seen.
+    pub t_eye: f32,
+}
+
+impl CubeRays {
+    /// The rays of `frame` relative to a cube with lowest corner `cube_min` (in the frame's coordinates) and edge `cube_edge` > 0.
+    pub fn new(frame: &RayFrame, cube_min: DVec3, cube_edge: f64) -> Self {
+        let eye = (frame.eye - cube_min) / cube_edge;
+        let eye_distance = (DVec3::splat(0.5) - eye).dot(frame.forward).max(0.0);
+        CubeRays {
+            origin: (eye + frame.forward * eye_distance).as_vec3(),
+            right_origin: (frame.right_origin / cube_edge + frame.right * eye_distance).as_vec3(),
+            up_origin: (frame.up_origin / cube_edge + frame.up * eye_distance).as_vec3(),
+            forward: frame.forward.as_vec3(),
+            right: frame.right.as_vec3(),
+            up: frame.up.as_vec3(),
+            eye_distance: eye_distance as f32,
+            size: [frame.width, frame.height],
+        }
+    }
+
+    /// Image units per pixel along x and y: the image spans [-1, 1].
+    pub fn pixel_size(&self) -> [f32; 2] {
+        self.size.map(|n| 2.0 / n as f32)
+    }
+
+    /// The ray through the centre of pixel (column, row), row 0 at the top.
+    pub fn ray(&self, column: u32, row: u32) -> CubeRay {
+        let [width, height] = self.pixel_size();
+        let x = (column as f32 + 0.5) * width - 1.0;
+        let y = 1.0 - (row as f32 + 0.5) * height;
+        let toward = self.forward + self.right * x + self.up * y;
+        let length = toward.length();
+        CubeRay {
+            origin: self.origin + self.right_origin * x + self.up_origin * y,
+            direction: toward / length,
+            t_eye: -self.eye_distance * length,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::{Camera, Projection};
+
+    /// The distance between the f32 ray and the frame's own f64 ray, in cube edges, at the cube's centre plane.
+    fn deviation(camera: Camera, cube_min: DVec3, cube_edge: f64) -> f64 {
+        let frame = camera.frame(DVec3::ZERO, 64, 48);
+        let rays = CubeRays::new(&frame, cube_min, cube_edge);
+        let mut worst = 0.0f64;
+        for (column, row) in [(0, 0), (63, 47), (20, 31), (32, 24)] {
+            let (origin, direction) = frame.ray(column, row);
+            let ray = rays.ray(column, row);
+            for t in [-0.5, 0.0, 0.7] {
+                let point = (ray.origin + ray.direction * t).as_dvec3() * cube_edge + cube_min;
+                let off = (point - origin) - direction * (point - origin).dot(direction);
+                worst = worst.max(off.length() / cube_edge);
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn far_cameras_and_tiny_cubes_keep_their_rays() {
+        for (edge, distance) in [(1.0, 4.0), (1e-12, 4e-12), (1e9, 4e9), (2.0, 2e6), (1e-3, 1e3)] {
+            let half_view: f64 = edge / distance;
+            for projection in [
+                Projection::Perspective { fov_y_degrees: 2.0 * half_view.atan().to_degrees() },
+                Projection::Parallel { view_height: 2.0 * edge },
+            ] {
+                let eye = DVec3::new(0.6, -0.48, 0.64) * distance;
+                let camera = Camera { eye, target: DVec3::ZERO, up: DVec3::Z, projection };
+                let off = deviation(camera, DVec3::splat(-0.5 * edge), edge);
+                assert!(off < 1e-6, "edge {edge}, distance {distance}, {projection:?}: off by {off} edges");
+            }
+        }
+    }
+
+    #[test]
+    fn the_eye_is_where_the_frame_has_it() {
+        let camera = Camera {
+            eye: DVec3::new(-2.0, 0.5, 0.5),
+            target: DVec3::splat(0.5),
+            up: DVec3::Z,
+            projection: Projection::Perspective { fov_y_degrees: 60.0 },
+        };
+        let ray = CubeRays::new(&camera.frame(DVec3::ZERO, 9, 9), DVec3::ZERO, 1.0).ray(0, 0);
+        assert!((ray.origin + ray.direction * ray.t_eye - camera.eye.as_vec3()).length() < 1e-6);
+        let inside = Camera { eye: DVec3::new(0.9, 0.5, 0.5), target: DVec3::new(2.0, 0.5, 0.5), ..camera };
+        assert_eq!(CubeRays::new(&inside.frame(DVec3::ZERO, 9, 9), DVec3::ZERO, 1.0).ray(3, 5).t_eye, 0.0, "beyond the centre plane");
+    }
+}
