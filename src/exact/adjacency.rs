@@ -1,5 +1,6 @@
 //! Which tet lies behind which face.
 
+use crate::geometry::FACES;
 use rayon::prelude::*;
 
 /// The neighbour of a face that has none.
@@ -30,7 +31,8 @@ pub(super) fn link(corners: &[[u32; 4]], takes_part: impl Fn(usize) -> bool + Sy
         .filter(|&tet| takes_part(tet))
         .flat_map_iter(|tet| (0..4).map(move |face| face_key(&corners[tet], face, tet as u32)))
         .collect();
-    faces.par_sort_unstable();
+    // As two wide numbers, which compare faster than four.
+    faces.par_sort_unstable_by_key(|&[a, b, c, tet]| (wide(a, b), wide(c, tet)));
 
     let mut boundary = Vec::new();
     for run in faces.chunk_by(|a, b| a[..3] == b[..3]) {
@@ -47,8 +49,12 @@ pub(super) fn link(corners: &[[u32; 4]], takes_part: impl Fn(usize) -> bool + Sy
     (tets, boundary)
 }
 
+fn wide(high: u32, low: u32) -> u64 {
+    u64::from(high) << 32 | u64::from(low)
+}
+
 fn face_key(corners: &[u32; 4], face: usize, tet: u32) -> [u32; 4] {
-    let mut points = crate::geometry::FACES[face].map(|corner| corners[corner]);
+    let mut points = FACES[face].map(|corner| corners[corner]);
     points.sort_unstable();
     [points[0], points[1], points[2], tet]
 }
@@ -61,7 +67,7 @@ fn face_of(corners: &[u32; 4], key: &[u32; 4]) -> u8 {
 /// Whether the outward order of a tet's face is an odd permutation of the ascending one: the two sides of a face differ in this.
 fn is_odd(tets: &[Tet], key: &[u32; 4]) -> bool {
     let corners = &tets[key[3] as usize].corners;
-    let [a, b, c] = crate::geometry::FACES[face_of(corners, key) as usize].map(|corner| corners[corner]);
+    let [a, b, c] = FACES[face_of(corners, key) as usize].map(|corner| corners[corner]);
     (a > b) ^ (b > c) ^ (a > c)
 }
 

@@ -37,7 +37,8 @@ use std::ops::ControlFlow;
 use transfer::Transfer;
 use walk::{Entry, Ray, Vertex};
 
-/// A mesh and one of its fields, ready to be traced. Owns what it needs: 32 bytes a tet, 32 a point and about 90 a boundary face.
+/// A mesh and one of its fields, ready to be traced. Owns what it needs: 32 bytes a tet, 32 a point, and a
+/// hierarchy over the boundary faces.
 pub struct ExactScene {
     vertices: Vec<Vertex>,
     tets: Vec<Tet>,

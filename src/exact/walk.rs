@@ -25,10 +25,12 @@ pub(super) struct Vertex {
 /// the scene, and as precise.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ray {
+    /// The point nearest to (0, 0, 0), in scene units.
     pub origin: DVec3,
+    /// Unit length.
     pub direction: DVec3,
     axes: [DVec3; 2],
-    /// Where the eye is along the ray.
+    /// Where the eye is, as a distance from the origin along the direction; negative in front of it.
     pub eye: f64,
 }
 
@@ -94,7 +96,9 @@ fn face_point([p, q, r]: &[Seen; 3]) -> RayPoint {
 /// A boundary face through which a ray enters a tet.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Entry {
+    /// Where, and with which value.
     pub at: RayPoint,
+    /// The tet behind the face.
     pub tet: u32,
     /// The face's corners, each edge of the cycle passing on the left.
     triangle: [Seen; 3],
@@ -104,7 +108,7 @@ pub(super) struct Entry {
 pub(super) fn enter(ray: &Ray, vertices: &[Vertex], tets: &[Tet], (tet, face): BoundaryFace) -> Option<Entry> {
     let corners = &tets[tet as usize].corners;
     let [a, b, c] = FACES[face as usize].map(|corner| ray.see(vertices, corners[corner]));
-    // Counter-clockwise from outside means that the ray, looking in, sees the cycle run to the right.
+    // The order is the outward normal's: where the ray comes from outside, every edge of it passes on the right.
     let enters = !is_left(&a, &b) && !is_left(&b, &c) && !is_left(&c, &a);
     let triangle = [a, c, b];
     enters.then(|| Entry { at: face_point(&triangle), tet, triangle })
