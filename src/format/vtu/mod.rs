@@ -1,0 +1,3 @@
+//! VTK's XML file of unstructured grids, `.vtu`.
+
+pub mod write;
