@@ -204,12 +204,7 @@ fn head(mesh: &dyn LayeredMesh, arrays: &[FileArray], compressor: &str) -> Strin
 
 impl FileArray {
     /// Hands the array's data on, chunk by chunk, `bytes` in all.
-    fn for_each_chunk(
-        &self,
-        mesh: &dyn LayeredMesh,
-        progress: &Progress,
-        mut sink: impl FnMut(&[u8]) -> io::Result<()>,
-    ) -> io::Result<()> {
+    fn for_each_chunk(&self, mesh: &dyn LayeredMesh, progress: &Progress, mut sink: impl FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> {
         let chunks = match self.content {
             Content::Offsets(_) | Content::Types => mesh.tet_count().div_ceil(CHUNK_TETS) as usize,
             _ => mesh.layer_count(),
@@ -357,6 +352,32 @@ mod tests {
         let points = in_memory.iter_mut().find(|(name, _)| name == "Points").expect("points");
         points.1 = points.1.as_chunks().0.iter().flat_map(|&b| (f64::from_le_bytes(b) as f32).to_le_bytes()).collect();
         assert_eq!(streamed, in_memory);
+    }
+
+    #[test]
+    fn the_bundled_meshes_are_what_their_recipes_make() {
+        for shape in Shape::ALL {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes").join(shape.name()).with_extension("vtu");
+            let bundled = std::fs::read(&path).expect("a bundled mesh");
+            assert!(bundled.len() < 3 << 20);
+            let layered = generate::plan(shape, None).expect("the default size");
+            let (found, made) = (decoded(&bundled).1, decoded(&written(&*layered, Compression::Zlib)).1);
+            assert_eq!(found.len(), made.len());
+            for ((name, found), (made_name, made)) in found.into_iter().zip(made) {
+                assert_eq!((&name, found.len()), (&made_name, made.len()), "{shape:?}");
+                if ["connectivity", "offsets", "types"].contains(&name.as_str()) {
+                    assert!(found == made, "{shape:?} {name}");
+                    continue;
+                }
+                // Mathematical libraries differ in the last digit.
+                for (&a, &b) in found.as_chunks().0.iter().zip(made.as_chunks().0) {
+                    let (a, b) = (f32::from_le_bytes(a), f32::from_le_bytes(b));
+                    assert!((a - b).abs() <= 1e-6 * (1.0 + a.abs()), "{shape:?} {name}: {a} {b}");
+                }
+            }
+        }
+        let wing = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/wing.vtu")).expect("the wing");
+        assert!(generate::WING_VTU == wing, "the one that is embedded");
     }
 
     #[test]

@@ -61,7 +61,7 @@ impl Aerofoil {
         (zeta + reciprocal(zeta) - DVec2::new(2.0, 0.0)) / self.chord + DVec2::X
     }
 
-    /// How far outside the contour a point lies, seen in the circle's plane: `|w| / R - 1`, 0 on the contour, negative inside at most.
+    /// How far outside the contour a point lies, seen in the circle's plane: `|w| / R - 1`, 0 on the contour, negative inside it.
     pub fn clearance(&self, point: DVec2) -> f64 {
         (self.circle_point(point) - self.center).length() / self.radius - 1.0
     }
@@ -181,6 +181,7 @@ mod tests {
             let on = foil.contour(k as f64 / 100.0);
             assert!(foil.clearance(on).abs() < 1e-7, "{on}");
         }
+        assert!((1..20).all(|k| foil.clearance((foil.contour(k as f64 / 40.0) + foil.contour(1.0 - k as f64 / 40.0)) / 2.0) < 0.0));
         assert!(foil.clearance(DVec2::new(0.5, 0.2)) > 0.1 && foil.clearance(DVec2::new(0.9, -0.01)) > 0.0);
     }
 }

@@ -17,14 +17,8 @@ enum Shape {
 }
 
 /// The order of the axes along the six paths from a cell's lowest corner to its highest, and whether the tet along it is positive.
-const PATHS: [([usize; 3], bool); 6] = [
-    ([0, 1, 2], true),
-    ([1, 2, 0], true),
-    ([2, 0, 1], true),
-    ([0, 2, 1], false),
-    ([2, 1, 0], false),
-    ([1, 0, 2], false),
-];
+const PATHS: [([usize; 3], bool); 6] =
+    [([0, 1, 2], true), ([1, 2, 0], true), ([2, 0, 1], true), ([0, 2, 1], false), ([2, 1, 0], false), ([1, 0, 2], false)];
 
 impl Lattice {
     /// The unit cube, `6 cells^3` tets, with the point array `linear`, `(x + 2 y + 4 z) / 8`. `cells` is 1 at least.

@@ -59,12 +59,12 @@ impl Shape {
         }
     }
 
-    /// Tets of the mesh in `meshes/`, made unless another number is asked for.
+    /// About how many tets the mesh in `meshes/` has, which is made unless another number is asked for.
     pub fn default_tets(self) -> u64 {
         match self {
             Shape::Cube => Lattice::tets_of(16),
             Shape::Ball => Lattice::tets_of(20),
-            Shape::Wing => 50_000,
+            Shape::Wing => 60_000,
         }
     }
 
@@ -163,10 +163,9 @@ mod tests {
     #[test]
     fn lattices_carry_their_fields() {
         let (cube, ball) = (mesh(Shape::Cube, 6 * 512), mesh(Shape::Ball, 6000));
-        for (mesh, name, field) in [
-            (&cube, "linear", (|p: DVec3| (p.x + 2.0 * p.y + 4.0 * p.z) / 8.0) as fn(DVec3) -> f64),
-            (&ball, "radius", DVec3::length),
-        ] {
+        for (mesh, name, field) in
+            [(&cube, "linear", (|p: DVec3| (p.x + 2.0 * p.y + 4.0 * p.z) / 8.0) as fn(DVec3) -> f64), (&ball, "radius", DVec3::length)]
+        {
             let array = values(mesh, name);
             let worst = |(i, &p): (usize, &DVec3)| (array.get(i) - field(p + mesh.center())).abs();
             let worst = mesh.points().iter().enumerate().map(worst).fold(0.0, f64::max);

@@ -13,8 +13,8 @@ type Cdt = spade::ConstrainedDelaunayTriangulation<Point2<f64>>;
 const SEED_GRID: f64 = 1.0 / (1u64 << 30) as f64;
 
 /// Middle of the outer boundary, an ellipse along the free stream, in the chord frame; and its semi-axes along and across the stream.
-const OUTER_CENTER: DVec2 = DVec2::new(0.62, 0.04);
-const OUTER_AXES: DVec2 = DVec2::new(1.2, 0.72);
+const OUTER_CENTER: DVec2 = DVec2::new(0.56, 0.05);
+const OUTER_AXES: DVec2 = DVec2::new(1.0, 0.66);
 
 /// A plane triangulation around an aerofoil, in its chord frame.
 #[derive(Debug, Clone)]
@@ -71,8 +71,8 @@ fn relative_size(foil: &Aerofoil, point: DVec2) -> f64 {
     let tail = point - DVec2::X;
     let along_wake = tail.dot(foil.stream()).clamp(0.0, 0.5);
     let from_wake = tail.distance(foil.stream() * along_wake);
-    let sizes = [0.35 + 2.5 * point.length(), 0.3 + 2.5 * tail.length(), 0.6 + along_wake + 4.0 * from_wake];
-    sizes.into_iter().fold(1.0 + 1.5 * foil.clearance(point).max(0.0), f64::min)
+    let sizes = [0.12 + 2.0 * point.length(), 0.2 + 2.0 * tail.length(), 0.5 + 0.8 * along_wake + 3.0 * from_wake];
+    sizes.into_iter().fold(0.9 + 1.6 * foil.clearance(point).max(0.0), f64::min)
 }
 
 fn is_inside_outer(foil: &Aerofoil, point: DVec2) -> bool {
