@@ -1,1 +1,60 @@
-//! The command line: one file a subcommand.
+//! The command line: one file a subcommand, each a list of library calls.
+
+mod args;
+mod generate;
+mod info;
+mod long_work;
+mod regularize;
+mod render;
+mod report;
+mod view;
+
+use clap::{Parser, Subcommand};
+
+/// See inside tetrahedral meshes: an adaptive octree texture, ray-marched on the GPU, with an exact renderer beside it.
+#[derive(Debug, Parser)]
+#[command(version, about, max_term_width = 110, args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    view: view::ViewCommand,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  octetra render -o wing.png                        a picture of the bundled mesh
+  octetra render flow.vtu --array pressure --orbit 3 --size 1024x768
+  octetra flow.vtu                                  the window
+  octetra info flow.vtu                             what a file holds
+
+Exit status: 0 done, 1 it could not be done (one line says why), 2 wrong usage.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Draw a mesh into a PNG, without a window
+    Render(render::RenderCommand),
+    /// Open the window
+    View(view::ViewCommand),
+    /// Say what a file holds
+    Info(info::InfoCommand),
+    /// Build the octree and write its texture for other programs
+    Regularize(regularize::RegularizeCommand),
+
+    /// Make a mesh that carries a known field
+    Generate(generate::GenerateCommand),
+}
+
+impl Cli {
+    /// Does what was asked.
+    pub fn run(self) -> anyhow::Result<()> {
+        match self.command {
+            Some(Command::Render(command)) => command.run(),
+            Some(Command::View(command)) => command.run(),
+            Some(Command::Info(command)) => command.run(),
+            Some(Command::Regularize(command)) => command.run(),
+            Some(Command::Generate(command)) => command.run(),
+            None => self.view.run(),
+        }
+    }
+}

@@ -11,6 +11,6 @@ mod tree;
 
 pub use params::{Boundary, OctreeParams, ParamsError, Preset, Sampling};
 pub use procedural::CellKind;
-pub use regularize::{RegularizeError, regularize};
+pub use regularize::{RegularizeError, regularize, working_bytes};
 pub use texture::{Node, OctreeTexture, TextureError};
 pub use tree::{Level, Octree};

@@ -61,6 +61,12 @@ pub fn regularize(mesh: &TetMesh, field: &ScalarField, params: &OctreeParams, pr
     Ok(Octree { root_min: work.root_min, root_edge, value_range: field.range, levels, params: params.clone() })
 }
 
+/// An upper bound of the bytes that [`regularize`] takes beside the mesh, for thresholds whose tree is not larger than the mesh: 400 a
+/// tet, and 8 a point and thread.
+pub fn working_bytes(mesh: &TetMesh) -> u64 {
+    400 * mesh.tets().len() as u64 + 8 * (mesh.points().len() * rayon::current_num_threads()) as u64
+}
+
 /// A cell by depth and integer position at that depth.
 #[derive(Debug, Clone, Copy)]
 struct Cell {

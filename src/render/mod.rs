@@ -1,1 +1,169 @@
-//! One call for every renderer, for the window and the command alike.
+//! One call for every renderer, for the window and the command alike: the same [`Scene`] and [`View`] give the same picture on the GPU
+//! and on the CPU, from the octree and from the mesh itself.
+
+use crate::cpu;
+use crate::exact::ExactScene;
+use crate::gpu::{self, GpuError, OctreeVolume};
+use crate::image::Image;
+use crate::mesh::{ScalarField, TetMesh};
+use crate::octree::OctreeTexture;
+use crate::optics::Classifier;
+use crate::progress::{Cancelled, Progress};
+use crate::view::{RayFrame, RendererKind, View};
+use glam::DVec3;
+use std::time::Instant;
+
+/// Where pictures are to be made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DeviceChoice {
+    /// The best adapter there is, else the CPU.
+    #[default]
+    Auto,
+    /// An adapter, or an error if there is none.
+    Gpu,
+    /// The CPU.
+    Cpu,
+}
+
+/// Why no picture was made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RenderError {
+    /// The device failed, or asks for more than it has.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Makes pictures, on one device.
+pub struct Renderer {
+    gpu: Option<Gpu>,
+    no_adapter: bool,
+}
+
+struct Gpu {
+    context: gpu::Context,
+    marcher: gpu::Marcher,
+}
+
+/// The data of one renderer, and what of the mesh a view refers to.
+pub struct Scene {
+    /// The world position that coordinates are relative to.
+    pub center: DVec3,
+    /// Length of the diagonal of the mesh's bounds, world units.
+    pub diagonal: f64,
+    data: Data,
+}
+
+enum Data {
+    Octree { texture: OctreeTexture, volume: Option<OctreeVolume> },
+    Exact(ExactScene),
+}
+
+/// A picture and what it took.
+#[derive(Debug, Clone)]
+pub struct Picture {
+    /// The image.
+    pub image: Image,
+    /// Leaves or samples that rays looked up; `None` for the exact renderer.
+    pub samples: Option<u64>,
+    /// Seconds from the first ray to the last, without readback.
+    pub wall_s: f64,
+    /// Seconds on the GPU by its own timestamps; `None` where there are none to trust.
+    pub gpu_s: Option<f64>,
+}
+
+impl Renderer {
+    /// Opens a device. With [`DeviceChoice::Auto`] a machine without an adapter gives the CPU, see [`Renderer::fell_back`].
+    pub fn new(choice: DeviceChoice) -> Result<Self, RenderError> {
+        let open = || -> Result<Gpu, GpuError> {
+            let context = gpu::Context::new()?;
+            Ok(Gpu { marcher: gpu::Marcher::new(&context)?, context })
+        };
+        match choice {
+            DeviceChoice::Cpu => Ok(Renderer { gpu: None, no_adapter: false }),
+            DeviceChoice::Gpu => Ok(Renderer { gpu: Some(open()?), no_adapter: false }),
+            DeviceChoice::Auto => match open() {
+                Ok(gpu) => Ok(Renderer { gpu: Some(gpu), no_adapter: false }),
+                Err(GpuError::NoAdapter) => Ok(Renderer { gpu: None, no_adapter: true }),
+                Err(e) => Err(e.into()),
+            },
+        }
+    }
+
+    /// Whether the CPU serves only because there is no adapter.
+    pub fn fell_back(&self) -> bool {
+        self.no_adapter
+    }
+
+    /// (name, backend, driver) of the adapter; `None` on the CPU.
+    pub fn adapter(&self) -> Option<[String; 3]> {
+        let info = &self.gpu.as_ref()?.context.info;
+        Some([info.name.clone(), info.backend.to_string(), format!("{} {}", info.driver, info.driver_info).trim().to_owned()])
+    }
+
+    /// A scene of an octree texture; it is copied to the device if there is one. Gives the seconds that the copy took.
+    pub fn octree_scene(&self, mesh: &TetMesh, texture: OctreeTexture) -> Result<(Scene, f64), RenderError> {
+        let start = Instant::now();
+        let volume = match &self.gpu {
+            Some(gpu) => Some(OctreeVolume::upload(&gpu.context, &texture)?),
+            None => None,
+        };
+        let upload_s = start.elapsed().as_secs_f64();
+        Ok((Scene::of(mesh, Data::Octree { texture, volume }), upload_s))
+    }
+
+    /// A scene of the mesh itself.
+    pub fn exact_scene(&self, mesh: &TetMesh, field: &ScalarField, progress: &Progress) -> Result<Scene, RenderError> {
+        Ok(Scene::of(mesh, Data::Exact(ExactScene::new(mesh, field, progress)?)))
+    }
+
+    /// Makes the picture of a scene. The view's transfer function and camera must be valid.
+    pub fn render(&self, scene: &Scene, view: &View, progress: &Progress) -> Result<Picture, RenderError> {
+        let frame = scene.frame(view);
+        match &scene.data {
+            Data::Exact(exact) => {
+                let start = Instant::now();
+                let image = exact.render(&frame, &view.transfer_function, view.settings.min_transmittance, progress)?;
+                Ok(Picture { image, samples: None, wall_s: start.elapsed().as_secs_f64(), gpu_s: None })
+            }
+            Data::Octree { texture, volume } => {
+                let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
+                if let (Some(gpu), Some(volume)) = (&self.gpu, volume) {
+                    let done = gpu.marcher.render(&gpu.context, volume, &frame, &classifier, &view.settings)?;
+                    return Ok(Picture { image: done.image, samples: Some(done.samples), wall_s: done.wall_s, gpu_s: done.gpu_s });
+                }
+                let start = Instant::now();
+                let done = cpu::march(texture, &frame, &classifier, &view.settings, progress)?;
+                Ok(Picture { image: done.image, samples: Some(done.samples), wall_s: start.elapsed().as_secs_f64(), gpu_s: None })
+            }
+        }
+    }
+}
+
+impl Scene {
+    fn of(mesh: &TetMesh, data: Data) -> Self {
+        Scene { center: mesh.center(), diagonal: mesh.bounds().diagonal(), data }
+    }
+
+    /// Which renderer the scene is for.
+    pub fn kind(&self) -> RendererKind {
+        match self.data {
+            Data::Octree { .. } => RendererKind::Octree,
+            Data::Exact(_) => RendererKind::Exact,
+        }
+    }
+
+    /// The octree texture on the device, where there is one.
+    pub fn volume(&self) -> Option<&OctreeVolume> {
+        match &self.data {
+            Data::Octree { volume, .. } => volume.as_ref(),
+            Data::Exact(_) => None,
+        }
+    }
+
+    fn frame(&self, view: &View) -> RayFrame {
+        view.camera.frame(self.center, view.settings.width, view.settings.height)
+    }
+}

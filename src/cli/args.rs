@@ -1,0 +1,341 @@
+//! Flags that several subcommands share, and what they stand for.
+
+use super::long_work::with_bar;
+use crate::format;
+use crate::mesh::{Component, FieldSelection, ScalarField, TetMesh, generate};
+use crate::octree::{Boundary, OctreeParams, Preset, Sampling};
+use crate::progress::Progress;
+use crate::render::DeviceChoice;
+use crate::view::{Camera, RenderSettings, RendererKind, Steps, TransferFunction, View};
+use anyhow::{Context, Result, bail};
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+
+/// A mesh and one of its fields.
+#[derive(Debug, Clone, Args)]
+pub struct MeshArgs {
+    /// The mesh; without one, the bundled wing
+    pub mesh: Option<PathBuf>,
+    /// Point or cell array to show [default: the file's active scalars, else the first array]
+    #[arg(long, value_name = "NAME")]
+    pub array: Option<String>,
+    /// What to take of a vector
+    #[arg(long, value_name = "magnitude|x|y|z|N", default_value = "magnitude", value_parser = parse_component)]
+    pub component: Component,
+    /// Budget for the memory of mesh and octree, such as 8GiB [default: three quarters of the machine's]
+    #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
+    pub memory: Option<u64>,
+}
+
+impl MeshArgs {
+    /// What the mesh is called: its file's stem, or the bundled mesh's.
+    pub fn stem(&self) -> String {
+        let stem = self.mesh.as_deref().and_then(Path::file_stem);
+        stem.map_or("wing".into(), |s| s.to_string_lossy().into_owned())
+    }
+
+    /// Reads the mesh.
+    pub fn read(&self) -> Result<TetMesh> {
+        let mesh = match &self.mesh {
+            Some(path) => with_bar(|progress| format::read_mesh(path, progress))?,
+            None => format::read_embedded("wing.vtu", generate::WING_VTU, &Progress::new())?,
+        };
+        Ok(mesh)
+    }
+
+    /// Picks the field.
+    pub fn field(&self, mesh: &TetMesh) -> Result<ScalarField> {
+        let selection = FieldSelection { name: self.array.clone(), component: self.component };
+        let name = self.mesh.as_deref().map_or("the bundled mesh".into(), |p| p.display().to_string());
+        ScalarField::select(mesh, &selection).with_context(|| name)
+    }
+
+    /// The budget in bytes.
+    pub fn budget_bytes(&self) -> u64 {
+        self.memory.unwrap_or_else(|| {
+            // A system that does not say how much memory it has sets no limit.
+            let Ok(mut system) = sysinfo::System::new() else { return u64::MAX };
+            system.refresh_memory();
+            let total = system.cgroup_limits().map_or(system.total_memory(), |limits| limits.total_memory);
+            total / 4 * 3
+        })
+    }
+
+    /// `Err` if regularizing this mesh may take more than the budget.
+    pub fn check_budget(&self, mesh: &TetMesh) -> Result<()> {
+        let (need, limit) = (mesh.bytes() as u64 + crate::octree::working_bytes(mesh), self.budget_bytes());
+        if need > limit {
+            let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+            bail!(
+                "regularizing {} tets may take {:.0} MiB, the budget is {:.0} MiB; raise it with --memory",
+                mesh.tets().len(),
+                mib(need),
+                mib(limit)
+            );
+        }
+        Ok(())
+    }
+}
+
+/// The subdivision thresholds.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Thresholds")]
+pub struct OctreeArgs {
+    /// Named settings, which single values override: paper (its own sampling), fast, balanced, fine
+    #[arg(long, value_name = "NAME", default_value = "balanced", value_parser = parse_preset)]
+    pub preset: Option<Preset>,
+    /// Dmax: no cell is deeper than this
+    #[arg(long, value_name = "D", value_parser = clap::value_parser!(u8).range(1..=i64::from(OctreeParams::DEPTH_LIMIT)))]
+    pub max_depth: Option<u8>,
+    /// V: a cell with fewer tets is a leaf
+    #[arg(long, value_name = "V")]
+    pub max_leaf_tets: Option<u32>,
+    /// W: a cell whose vertices' values, in [0, 1], have a smaller variance is a leaf
+    #[arg(long, value_name = "W", value_parser = parse_not_negative)]
+    pub max_leaf_variance: Option<f64>,
+    /// U: cells are divided uniformly down to the first depth d with tets / 8^d < U
+    #[arg(long, value_name = "U", value_parser = parse_positive, conflicts_with = "initial_depth")]
+    pub initial_cell_tets: Option<f64>,
+    /// The uniform depth itself
+    #[arg(long, value_name = "D0", value_parser = clap::value_parser!(u8).range(1..=i64::from(OctreeParams::DEPTH_LIMIT)))]
+    pub initial_depth: Option<u8>,
+    /// A leaf's value: by inverse distance to its tets, or to their vertices (the paper's) [default: the preset's]
+    #[arg(long, value_enum)]
+    pub sampling: Option<SamplingArg>,
+    /// Leaves that the mesh's surface cuts: full if any tet overlaps them, or if their centre lies in the mesh [default: centres]
+    #[arg(long, value_enum)]
+    pub boundary: Option<BoundaryArg>,
+}
+
+/// Values of `--sampling`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum SamplingArg {
+    /// Inverse distance to tets.
+    Tets,
+    /// Inverse distance to vertices.
+    Vertices,
+}
+
+/// Values of `--boundary`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum BoundaryArg {
+    /// Any tet fills a leaf.
+    Cells,
+    /// The centre decides.
+    Centres,
+}
+
+impl OctreeArgs {
+    /// The parameters: the preset's, overridden one by one.
+    pub fn params(&self) -> OctreeParams {
+        let base = self.preset.unwrap_or(Preset::Balanced).params();
+        OctreeParams {
+            initial_cell_tets: self.initial_cell_tets.unwrap_or(base.initial_cell_tets),
+            initial_depth: self.initial_depth.or(base.initial_depth),
+            max_leaf_tets: self.max_leaf_tets.unwrap_or(base.max_leaf_tets),
+            max_leaf_variance: self.max_leaf_variance.unwrap_or(base.max_leaf_variance),
+            max_depth: self.max_depth.unwrap_or(base.max_depth),
+            sampling: self.sampling.map_or(base.sampling, |s| match s {
+                SamplingArg::Tets => Sampling::Tets,
+                SamplingArg::Vertices => Sampling::Vertices,
+            }),
+            boundary: self.boundary.map_or(base.boundary, |b| match b {
+                BoundaryArg::Cells => Boundary::Cells,
+                BoundaryArg::Centres => Boundary::Centres,
+            }),
+        }
+    }
+}
+
+/// Camera, transfer function, march.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "View")]
+pub struct ViewArgs {
+    /// Image size in pixels
+    #[arg(long, value_name = "N|WxH", default_value = "512", value_parser = parse_size)]
+    pub size: [u32; 2],
+    /// View of the standard orbit, 0 to 11
+    #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..12))]
+    pub orbit: u32,
+    /// Come closer on the orbit by this factor
+    #[arg(long, value_name = "Z", default_value_t = 1.0, value_parser = parse_positive)]
+    pub zoom: f64,
+    /// Camera file (JSON), instead of the orbit
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["orbit", "zoom"])]
+    pub camera: Option<PathBuf>,
+    /// Transfer-function file (JSON), or a preset: standard, viridis, inferno, turbo, coolwarm, rainbow, grey
+    #[arg(long, value_name = "FILE|PRESET", default_value = "standard")]
+    pub tf: String,
+    /// The octree texture, or the mesh itself
+    #[arg(long, value_enum, default_value = "octree")]
+    pub renderer: RendererArg,
+    /// Where to draw: auto takes the best GPU, else the CPU
+    #[arg(long, value_enum, default_value = "auto")]
+    pub device: DeviceArg,
+    /// Where samples lie: leaf by leaf, or by the paper's rule
+    #[arg(long, value_enum, default_value = "leaf")]
+    pub steps: StepsArg,
+    /// Initial step L_s at depth 1 in world units [default: half the octree's edge]
+    #[arg(long, value_name = "L_S", value_parser = parse_positive)]
+    pub step: Option<f64>,
+}
+
+/// Values of `--renderer`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum RendererArg {
+    /// The octree texture.
+    Octree,
+    /// The mesh itself.
+    Exact,
+}
+
+/// Values of `--device`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum DeviceArg {
+    /// GPU if there is one.
+    Auto,
+    /// GPU or an error.
+    Gpu,
+    /// CPU.
+    Cpu,
+}
+
+/// Values of `--steps`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum StepsArg {
+    /// Leaf by leaf.
+    Leaf,
+    /// The paper's rule.
+    Paper,
+}
+
+impl From<DeviceArg> for DeviceChoice {
+    fn from(arg: DeviceArg) -> Self {
+        match arg {
+            DeviceArg::Auto => DeviceChoice::Auto,
+            DeviceArg::Gpu => DeviceChoice::Gpu,
+            DeviceArg::Cpu => DeviceChoice::Cpu,
+        }
+    }
+}
+
+impl ViewArgs {
+    /// The transfer function, read and checked.
+    pub fn transfer_function(&self) -> Result<TransferFunction> {
+        if TransferFunction::PRESETS.contains(&self.tf.as_str()) || !(self.tf.contains(['.', '/']) || Path::new(&self.tf).exists()) {
+            return Ok(TransferFunction::preset(&self.tf)?);
+        }
+        let tf: TransferFunction = read_json(Path::new(&self.tf), "a transfer function")?;
+        tf.validate().with_context(|| self.tf.clone())?;
+        Ok(tf)
+    }
+
+    /// The camera file, if one was named.
+    pub fn camera_file(&self) -> Result<Option<Camera>> {
+        self.camera.as_deref().map(|path| read_json(path, "a camera")).transpose()
+    }
+
+    /// The view of a mesh.
+    pub fn view(&self, mesh: &TetMesh) -> Result<View> {
+        let orbit = || Camera::orbit(mesh.bounds().translated(mesh.center()), self.orbit, self.zoom);
+        let settings = RenderSettings {
+            renderer: match self.renderer {
+                RendererArg::Octree => RendererKind::Octree,
+                RendererArg::Exact => RendererKind::Exact,
+            },
+            steps: match self.steps {
+                StepsArg::Leaf => Steps::Leaf,
+                StepsArg::Paper => Steps::Paper,
+            },
+            step_world: self.step,
+            ..RenderSettings::new(self.size[0], self.size[1])
+        };
+        Ok(View { camera: self.camera_file()?.unwrap_or_else(orbit), transfer_function: self.transfer_function()?, settings })
+    }
+}
+
+/// Reads a JSON file; errors name file, line and column.
+fn read_json<T: serde::de::DeserializeOwned>(path: &Path, what: &str) -> Result<T> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    serde_json::from_str(&text).with_context(|| format!("{}: not {what}", path.display()))
+}
+
+/// Fails early if a file cannot be written where it is to go.
+pub fn check_writable(path: &Path) -> Result<()> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    tempfile::Builder::new().prefix(".octetra-").tempfile_in(folder).with_context(|| path.display().to_string())?;
+    if path.is_dir() {
+        bail!("{}: is a folder, expected a file to write", path.display());
+    }
+    Ok(())
+}
+
+fn parse_preset(text: &str) -> Result<Preset, String> {
+    let names = || Preset::ALL.map(|(name, _)| name).join(", ");
+    Preset::ALL.iter().find(|(name, _)| *name == text).map(|&(_, p)| p).ok_or_else(|| format!("expected one of {}", names()))
+}
+
+fn parse_component(text: &str) -> Result<Component, String> {
+    match text {
+        "magnitude" => Ok(Component::Magnitude),
+        "x" => Ok(Component::Index(0)),
+        "y" => Ok(Component::Index(1)),
+        "z" => Ok(Component::Index(2)),
+        n => n.parse().map(Component::Index).map_err(|_| "expected magnitude, x, y, z or a number from 0".into()),
+    }
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let side = |t: &str| t.parse::<u32>().ok().filter(|n| (1..=32768).contains(n));
+    let sides = match text.split_once('x') {
+        Some((w, h)) => side(w).zip(side(h)),
+        None => side(text).map(|n| (n, n)),
+    };
+    sides.map(|(w, h)| [w, h]).ok_or_else(|| "expected N or WxH with sides of 1 to 32768 pixels".into())
+}
+
+fn parse_number(text: &str, valid: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
+    text.parse::<f64>().ok().filter(|v| v.is_finite() && valid(*v)).ok_or_else(|| format!("expected {expected}"))
+}
+
+fn parse_positive(text: &str) -> Result<f64, String> {
+    parse_number(text, |v| v > 0.0, "a number above 0")
+}
+
+fn parse_not_negative(text: &str) -> Result<f64, String> {
+    parse_number(text, |v| v >= 0.0, "a number from 0")
+}
+
+/// `R,G,B` with numbers in [0, 1].
+pub fn parse_color(text: &str) -> Result<[f32; 3], String> {
+    let parts: Vec<f32> = text.split(',').filter_map(|t| t.trim().parse().ok()).filter(|v| (0.0..=1.0).contains(v)).collect();
+    <[f32; 3]>::try_from(parts).ok().filter(|_| text.matches(',').count() == 2).ok_or_else(|| "expected R,G,B, each in [0, 1]".into())
+}
+
+fn parse_bytes(text: &str) -> Result<u64, String> {
+    let (digits, unit) = text.split_at(text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len()));
+    let shift = match unit.trim() {
+        "" | "B" => 0,
+        "KiB" => 10,
+        "MiB" => 20,
+        "GiB" => 30,
+        _ => return Err("expected a number with an optional suffix KiB, MiB or GiB".into()),
+    };
+    parse_positive(digits).map(|n| (n * f64::from(1u32 << shift)) as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_read_as_people_write_them() {
+        assert_eq!((parse_size("300"), parse_size("640x480")), (Ok([300, 300]), Ok([640, 480])));
+        assert!(parse_size("0").is_err() && parse_size("10x").is_err() && parse_size("1x2x3").is_err());
+        assert_eq!((parse_bytes("1.5GiB"), parse_bytes("4096")), (Ok(3 << 29), Ok(4096)));
+        assert!(parse_bytes("5 parsecs").is_err() && parse_bytes("-1").is_err());
+        assert_eq!(parse_color("0,0.5,1"), Ok([0.0, 0.5, 1.0]));
+        assert!(parse_color("0,0.5").is_err() && parse_color("0,2,1").is_err() && parse_color("0,x,1").is_err());
+        assert_eq!(parse_component("z"), Ok(Component::Index(2)));
+    }
+}

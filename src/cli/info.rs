@@ -1,0 +1,70 @@
+//! `octetra info`: what a file holds.
+
+use super::args::MeshArgs;
+use crate::mesh::{DataArray, ScalarField, TetMesh};
+use crate::octree::OctreeParams;
+use anyhow::Result;
+use clap::Args;
+use std::io::{self, Write};
+
+/// `octetra info`.
+#[derive(Debug, Args)]
+pub struct InfoCommand {
+    #[command(flatten)]
+    mesh: MeshArgs,
+}
+
+impl InfoCommand {
+    /// Reads the mesh and says what it holds.
+    pub fn run(self) -> Result<()> {
+        let mesh = self.mesh.read()?;
+        let field = ScalarField::select(&mesh, &Default::default()).ok();
+        let mut out = io::stdout().lock();
+        describe(&mut out, &mesh, field.as_ref())?;
+        Ok(())
+    }
+}
+
+fn describe(out: &mut impl Write, mesh: &TetMesh, shown: Option<&ScalarField>) -> io::Result<()> {
+    let (bounds, center) = (mesh.bounds(), mesh.center());
+    let (min, max, size) = (bounds.min + center, bounds.max + center, bounds.size());
+    writeln!(out, "points        {}", mesh.points().len())?;
+    writeln!(out, "tets          {}", mesh.tets().len())?;
+    writeln!(out, "  inverted    {} (reoriented)", mesh.inverted_count())?;
+    writeln!(out, "  zero volume {} (left out of volume work)", mesh.zero_volume_count())?;
+    writeln!(out, "bounds        {} .. {}, {} .. {}, {} .. {}", min.x, max.x, min.y, max.y, min.z, max.z)?;
+    writeln!(out, "size          {} x {} x {}, diagonal {:.6}", size.x, size.y, size.z, bounds.diagonal())?;
+    writeln!(out, "memory        {:.1} MiB", mesh.bytes() as f64 / f64::from(1 << 20))?;
+    let depth = OctreeParams::default().uniform_depth(mesh.tets().len() - mesh.zero_volume_count());
+    writeln!(out, "octree        uniform to depth {depth} by default")?;
+    for (of, arrays) in [("point", mesh.point_data()), ("cell", mesh.cell_data())] {
+        for array in arrays {
+            let mark = if shown.is_some_and(|f| f.name == array.name) { "  <- shown by default" } else { "" };
+            writeln!(out, "{of:<5} array   {}  {}{mark}", array.name, ranges(array))?;
+        }
+    }
+    Ok(())
+}
+
+/// Ranges by component, and how many values are missing.
+fn ranges(array: &DataArray) -> String {
+    let mut missing = 0;
+    let mut texts = Vec::new();
+    for component in 0..array.components.min(9) {
+        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+        for tuple in 0..array.tuples() {
+            let value = array.values.get(tuple * array.components + component);
+            if value.is_finite() {
+                (lo, hi) = (lo.min(value), hi.max(value));
+            } else {
+                missing += 1;
+            }
+        }
+        texts.push(if lo <= hi { format!("{lo} .. {hi}") } else { "no finite value".into() });
+    }
+    if array.components > 9 {
+        texts.push(format!("and {} more components", array.components - 9));
+    }
+    let missing = if missing > 0 { format!("  ({missing} missing)") } else { String::new() };
+    texts.join(", ") + &missing
+}

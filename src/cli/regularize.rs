@@ -1,0 +1,80 @@
+//! `octetra regularize`: the octree texture for other programs.
+
+use super::args::{MeshArgs, OctreeArgs, check_writable};
+use super::long_work::with_bar;
+use super::report::Report;
+use crate::image::{write_atomically, write_values_npy};
+use crate::octree::{OctreeTexture, regularize};
+use anyhow::{Context, Result};
+use clap::Args;
+use serde_json::json;
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// `octetra regularize`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  octetra regularize flow.vtu --texture flow.npy --max-depth 8
+
+OUT.npy is uint8 of shape (z, y, x, 4); OUT.json beside it holds root origin and edge in world units, what the values 0 and 1 stand for,
+the depth and the parameters. README describes the texels.")]
+pub struct RegularizeCommand {
+    #[command(flatten)]
+    mesh: MeshArgs,
+    #[command(flatten)]
+    octree: OctreeArgs,
+    /// Write the octree texture, and its description as JSON under the same name
+    #[arg(long, value_name = "OUT.npy", help_heading = "Output")]
+    texture: Option<PathBuf>,
+    /// Write what was measured
+    #[arg(long, value_name = "OUT.json", help_heading = "Output")]
+    stats: Option<PathBuf>,
+}
+
+impl RegularizeCommand {
+    /// Reads, regularizes, writes, and says what came out.
+    pub fn run(self) -> Result<()> {
+        let description = self.texture.as_ref().map(|path| path.with_extension("json"));
+        [&self.texture, &description, &self.stats].into_iter().flatten().try_for_each(|p| check_writable(p))?;
+        let start = Instant::now();
+        let mesh = self.mesh.read()?;
+        let field = self.mesh.field(&mesh)?;
+        let mut report = Report::new(&mesh, &field, start.elapsed().as_secs_f64());
+        self.mesh.check_budget(&mesh)?;
+
+        let start = Instant::now();
+        let tree = with_bar(|progress| regularize(&mesh, &field, &self.octree.params(), progress))?;
+        let texture = OctreeTexture::encode(&tree)?;
+        let seconds = start.elapsed().as_secs_f64();
+        report.set("time", "regularize", seconds);
+        report.octree(&tree, &texture);
+
+        if let (Some(path), Some(description)) = (&self.texture, &description) {
+            let size = texture.size();
+            let shape = [size.z, size.y, size.x, 4].map(u64::from);
+            write_values_npy(path, &shape, texture.texels().as_flattened()).with_context(|| path.display().to_string())?;
+            let origin = texture.root_min() + mesh.center();
+            let about = json!({
+                "root_origin": origin.to_array(), "root_edge": texture.root_edge(), "value_range": texture.value_range(),
+                "array": field.name, "depth": texture.depth(), "params": tree.params,
+            });
+            let text = serde_json::to_string_pretty(&about).context("the description as JSON")? + "\n";
+            write_atomically(description, |out| out.write_all(text.as_bytes())).with_context(|| description.display().to_string())?;
+        }
+        self.stats.as_deref().map(|path| report.write(path)).transpose()?;
+        let mut out = std::io::stdout().lock();
+        writeln!(
+            out,
+            "nodes    {} ({} interior, {} leaves), {} empty",
+            tree.node_count(),
+            tree.interior_count(),
+            tree.leaf_count(),
+            tree.empty_count()
+        )?;
+        writeln!(out, "texture  {} texels, {:.2} MiB", texture.size(), texture.bytes() as f64 / f64::from(1 << 20))?;
+        writeln!(out, "time     {seconds:.3} s")?;
+        Ok(())
+    }
+}

@@ -1,0 +1,102 @@
+//! `octetra render`: a mesh into a picture.
+
+use super::args::{MeshArgs, OctreeArgs, RendererArg, ViewArgs, check_writable, parse_color};
+use super::long_work::with_bar;
+use super::report::Report;
+use crate::image::{Background, write_npy, write_png};
+use crate::mesh::{ScalarField, TetMesh};
+use crate::octree::{OctreeTexture, regularize};
+use crate::render::{Renderer, Scene};
+use anyhow::Result;
+use clap::Args;
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// `octetra render`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct RenderCommand {
+    #[command(flatten)]
+    mesh: MeshArgs,
+    /// The picture [default: the mesh's name with .png, in the current folder]
+    #[arg(short, long, value_name = "OUT.png")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    view: ViewArgs,
+    /// Colour behind the volume, linear RGB in [0, 1]
+    #[arg(long, value_name = "R,G,B", default_value = "0,0,0", value_parser = parse_color)]
+    background: [f32; 3],
+    /// Keep the picture's alpha instead
+    #[arg(long, conflicts_with = "background")]
+    transparent: bool,
+    #[command(flatten)]
+    octree: OctreeArgs,
+    /// Also write the float image: float32, height x width x 4, premultiplied RGBA
+    #[arg(long, value_name = "OUT.npy", help_heading = "Output")]
+    raw: Option<PathBuf>,
+    /// Also write what was measured
+    #[arg(long, value_name = "OUT.json", help_heading = "Output")]
+    stats: Option<PathBuf>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  octetra render -o wing.png                               the bundled mesh
+  octetra render flow.vtu --orbit 3 --array momentum --component x
+  octetra render flow.vtu --renderer exact -o exact.png    the mesh itself, to compare with
+  octetra render flow.vtu --preset fine --stats fine.json
+  octetra render flow.vtu --max-depth 10 --max-leaf-tets 4 --max-leaf-variance 1e-4";
+
+impl RenderCommand {
+    /// Reads, regularizes, draws, writes.
+    pub fn run(self) -> Result<()> {
+        let output = self.output.clone().unwrap_or_else(|| format!("{}.png", self.mesh.stem()).into());
+        [Some(&output), self.raw.as_ref(), self.stats.as_ref()].into_iter().flatten().try_for_each(|p| check_writable(p))?;
+        self.view.transfer_function()?;
+        self.view.camera_file()?;
+
+        let start = Instant::now();
+        let mesh = self.mesh.read()?;
+        let field = self.mesh.field(&mesh)?;
+        let mut report = Report::new(&mesh, &field, start.elapsed().as_secs_f64());
+        let view = self.view.view(&mesh)?;
+        report.params(&self.mesh, &self.octree, &self.view, &view)?;
+
+        let renderer = Renderer::new(self.view.device.into())?;
+        say_if_fallen_back(&renderer);
+        let scene = self.scene(&renderer, &mesh, &field, &mut report)?;
+        let picture = with_bar(|progress| renderer.render(&scene, &view, progress))?;
+        report.picture(&renderer, scene.kind(), &picture);
+
+        let background = if self.transparent { Background::Transparent } else { Background::Color(self.background) };
+        write_png(&output, &picture.image, background)?;
+        self.raw.as_deref().map(|path| write_npy(path, &picture.image)).transpose()?;
+        self.stats.as_deref().map(|path| report.write(path)).transpose()?;
+        Ok(())
+    }
+
+    /// What is drawn: the octree texture, built here, or the mesh itself.
+    fn scene(&self, renderer: &Renderer, mesh: &TetMesh, field: &ScalarField, report: &mut Report) -> Result<Scene> {
+        if self.view.renderer == RendererArg::Exact {
+            return with_bar(|progress| renderer.exact_scene(mesh, field, progress));
+        }
+        self.mesh.check_budget(mesh)?;
+        let start = Instant::now();
+        let tree = with_bar(|progress| regularize(mesh, field, &self.octree.params(), progress))?;
+        let texture = OctreeTexture::encode(&tree)?;
+        report.set("time", "regularize", start.elapsed().as_secs_f64());
+        report.octree(&tree, &texture);
+        let (scene, upload_s) = renderer.octree_scene(mesh, texture)?;
+        report.set("time", "upload", upload_s);
+        Ok(scene)
+    }
+}
+
+/// Says once that there is no adapter.
+pub fn say_if_fallen_back(renderer: &Renderer) {
+    if renderer.fell_back() {
+        // A closed stderr is no reason to draw nothing.
+        let _ = writeln!(std::io::stderr(), "octetra: no GPU adapter found, drawing on the CPU");
+    }
+}

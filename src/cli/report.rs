@@ -1,0 +1,84 @@
+//! `--stats`: everything measured, as JSON; the keys of `conventions.md` as nested objects.
+
+use super::args::{MeshArgs, OctreeArgs, ViewArgs};
+use crate::image::write_atomically;
+use crate::mesh::{ScalarField, TetMesh};
+use crate::octree::{Octree, OctreeTexture};
+use crate::render::{Picture, Renderer};
+use crate::view::{RendererKind, View};
+use anyhow::{Context, Result};
+use serde_json::{Map, Value, json};
+use std::path::Path;
+
+/// The numbers of one run. What was not measured is null.
+pub struct Report(Map<String, Value>);
+
+impl Report {
+    /// The mesh's numbers; every other key is null until it is known.
+    pub fn new(mesh: &TetMesh, field: &ScalarField, load_s: f64) -> Self {
+        let value = json!({
+            "mesh": {
+                "points": mesh.points().len(), "tets": mesh.tets().len(), "bytes": mesh.bytes(),
+                "zero_volume": mesh.zero_volume_count(), "inverted": mesh.inverted_count(),
+            },
+            "field": { "array": field.name, "range": field.range },
+            "octree": null,
+            "boundary": { "bytes": 0 },
+            "error": { "rmse_rel": null, "max_rel": null, "bound_rel": null },
+            "time": { "load": load_s, "regularize": null, "upload": null, "frame": null, "frame_gpu": null, "intervals_gpu": null },
+            "samples": { "taken": null, "needed": null },
+            "adapter": { "name": "CPU", "backend": null, "driver": null },
+            "params": null,
+        });
+        match value {
+            Value::Object(map) => Report(map),
+            _ => unreachable!("the literal is an object"),
+        }
+    }
+
+    /// Sets `group.key`.
+    pub fn set(&mut self, group: &str, key: &str, value: impl Into<Value>) {
+        self.0[group][key] = value.into();
+    }
+
+    /// The octree's numbers.
+    pub fn octree(&mut self, tree: &Octree, texture: &OctreeTexture) {
+        self.0["octree"] = json!({
+            "nodes": tree.node_count(), "leaves": tree.leaf_count(), "empty": tree.empty_count(),
+            "leaves_by_depth": tree.leaves_by_depth(), "bytes": texture.bytes(),
+        });
+    }
+
+    /// The picture's numbers and the device's.
+    pub fn picture(&mut self, renderer: &Renderer, kind: RendererKind, picture: &Picture) {
+        self.set("time", "frame", picture.wall_s);
+        self.set("time", "frame_gpu", picture.gpu_s);
+        self.set("samples", "taken", picture.samples);
+        if let (Some([name, backend, driver]), RendererKind::Octree) = (renderer.adapter(), kind) {
+            self.0["adapter"] = json!({ "name": name, "backend": backend, "driver": driver });
+        }
+    }
+
+    /// All flags as used.
+    pub fn params(&mut self, mesh: &MeshArgs, octree: &OctreeArgs, view: &ViewArgs, used: &View) -> Result<()> {
+        let mut params = serde_json::to_value(octree.params()).context("parameters as JSON")?;
+        let others = json!({
+            "mesh": mesh.mesh, "array": mesh.array, "component": format!("{:?}", mesh.component), "memory": mesh.budget_bytes(),
+            "size": view.size, "camera": used.camera, "transfer_function": used.transfer_function,
+            "renderer": format!("{:?}", view.renderer).to_lowercase(), "device": format!("{:?}", view.device).to_lowercase(),
+            "steps": format!("{:?}", view.steps).to_lowercase(), "step": view.step,
+            "min_transmittance": used.settings.min_transmittance,
+        });
+        if let (Value::Object(all), Value::Object(others)) = (&mut params, others) {
+            all.extend(others);
+        }
+        self.0["params"] = params;
+        Ok(())
+    }
+
+    /// Writes the report.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(&self.0).context("the report as JSON")? + "\n";
+        write_atomically(path, |out| out.write_all(text.as_bytes())).with_context(|| path.display().to_string())
+    }
+}

@@ -1,0 +1,34 @@
+//! `octetra view`: the window.
+
+use super::args::{MeshArgs, OctreeArgs, ViewArgs};
+use crate::app::{self, Options};
+use anyhow::Result;
+use clap::Args;
+
+/// `octetra view`, and plain `octetra`.
+#[derive(Debug, Args)]
+pub struct ViewCommand {
+    #[command(flatten)]
+    mesh: MeshArgs,
+    #[command(flatten)]
+    view: ViewArgs,
+    #[command(flatten)]
+    octree: OctreeArgs,
+}
+
+impl ViewCommand {
+    /// Reads the mesh and opens the window on it.
+    pub fn run(self) -> Result<()> {
+        let mesh = self.mesh.read()?;
+        let field = self.mesh.field(&mesh)?;
+        let view = self.view.view(&mesh)?;
+        app::run(Options {
+            name: self.mesh.stem(),
+            mesh,
+            array: field.name,
+            component: self.mesh.component,
+            view,
+            params: self.octree.params(),
+        })
+    }
+}
