@@ -4,7 +4,9 @@
 //! and **face `i` is the face opposite corner `i`**.
 
 mod aabb;
+mod overlap;
 mod tet;
 
 pub use aabb::Aabb;
+pub use overlap::{TetPlanes, octants};
 pub use tet::{FACES, barycentric, closest_point, closest_point_on_triangle, gradient, is_degenerate, signed_volume};

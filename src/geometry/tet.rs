@@ -26,8 +26,10 @@ pub fn barycentric(x: DVec3, p: &[DVec3; 4]) -> [f64; 4] {
 
 /// The gradient of the linear field with values `s` at the corners. Not finite for a zero-volume tet.
 pub fn gradient(p: &[DVec3; 4], s: &[f64; 4]) -> DVec3 {
-    let edges = DMat3::from_cols(p[1] - p[0], p[2] - p[0], p[3] - p[0]);
-    edges.transpose().inverse() * DVec3::new(s[1] - s[0], s[2] - s[0], s[3] - s[0])
+    // The gradient of corner i's barycentric coordinate is face i's inward normal over six volumes.
+    let (e1, e2, e3) = (p[1] - p[0], p[2] - p[0], p[3] - p[0]);
+    let (n1, n2, n3) = (e2.cross(e3), e3.cross(e1), e1.cross(e2));
+    (n1 * (s[1] - s[0]) + n2 * (s[2] - s[0]) + n3 * (s[3] - s[0])) / e1.dot(n1)
 }
 
 /// The point of triangle `a b c` nearest to `x` (Ericson, Real-Time Collision Detection, 5.1.5), as weights of the three corners.

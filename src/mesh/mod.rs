@@ -2,7 +2,9 @@
 
 mod field;
 pub mod generate;
+mod layered;
 mod tet_mesh;
 
 pub use field::{Association, Component, FieldError, FieldSelection, ScalarField};
+pub use layered::{ArrayLayout, LayeredMesh, Precision, collect};
 pub use tet_mesh::{DataArray, MeshError, MeshParts, TetMesh, Values};

@@ -220,7 +220,9 @@ impl TetMesh {
 
     /// The corners of a tet, relative to [`TetMesh::center`].
     pub fn corners(&self, tet: usize) -> [DVec3; 4] {
-        self.tets[tet].map(|i| self.points[i as usize])
+        // Written out: `map` on arrays is not always inlined, and this is called for every tet of every cell.
+        let [a, b, c, d] = self.tets[tet];
+        [self.points[a as usize], self.points[b as usize], self.points[c as usize], self.points[d as usize]]
     }
 
     /// Whether a tet has no volume; such tets are kept (their faces join others) but take no part in volume work.

@@ -4,10 +4,13 @@
 
 mod params;
 mod procedural;
+mod regularize;
+mod sampling;
 mod texture;
 mod tree;
 
 pub use params::{Boundary, OctreeParams, ParamsError, Preset, Sampling};
 pub use procedural::CellKind;
+pub use regularize::{RegularizeError, regularize};
 pub use texture::{Node, OctreeTexture, TextureError};
 pub use tree::{Level, Octree};
