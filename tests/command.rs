@@ -1,0 +1,140 @@
+//! The program as a user runs it: pictures, files, errors, exit status.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Runs octetra in a folder.
+fn octetra(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_octetra")).current_dir(folder).args(args).output().expect("the program starts")
+}
+
+/// Runs octetra, which must succeed.
+fn done(folder: &Path, args: &[&str]) -> String {
+    let output = octetra(folder, args);
+    assert!(output.status.success(), "octetra {args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("text")
+}
+
+/// Runs octetra, which must fail with one line on stderr; gives the line.
+fn refused(folder: &Path, args: &[&str]) -> String {
+    let output = octetra(folder, args);
+    let error = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(output.status.code(), Some(1), "octetra {args:?}: {error}");
+    // Mesa says on its own that XDG_RUNTIME_DIR is not set.
+    let said: Vec<&str> = error.lines().filter(|line| !line.contains("XDG_RUNTIME_DIR")).collect();
+    assert!(matches!(said[..], [line] if line.starts_with("octetra: ")), "{error}");
+    assert_eq!(std::fs::read_dir(folder).expect("folder").filter(|e| is_output(e.as_ref().expect("an entry"))).count(), 0, "a file was left");
+    error
+}
+
+fn is_output(entry: &std::fs::DirEntry) -> bool {
+    let name = entry.file_name().to_string_lossy().into_owned();
+    name.starts_with(".octetra") || name.ends_with(".png") || name.ends_with(".npy")
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(path).expect("a file")).expect("JSON")
+}
+
+#[test]
+fn render_draws_the_bundled_mesh_and_says_what_it_measured() {
+    let folder = folder();
+    done(folder.path(), &["render", "--size", "96x64", "--raw", "raw.npy", "--stats", "stats.json"]);
+    let picture = image::open(folder.path().join("wing.png")).expect("a PNG").into_rgb8();
+    assert_eq!(picture.dimensions(), (96, 64));
+    assert!(picture.pixels().filter(|p| p.0.iter().any(|&c| c > 40)).count() > 300, "the wing is seen");
+    assert!(picture.get_pixel(0, 0).0 == [0; 3], "the background is black");
+    let raw = octetra::image::read_npy(&folder.path().join("raw.npy")).expect("NPY");
+    assert_eq!(&raw.to_bytes(octetra::image::Background::Color([0.0; 3])), picture.as_raw());
+
+    let stats = json(&folder.path().join("stats.json"));
+    let number = |group: &str, key: &str| stats[group][key].as_f64().unwrap_or_else(|| panic!("{group}.{key} is a number"));
+    assert!(number("mesh", "tets") > 20_000.0 && number("mesh", "points") > 4_000.0);
+    let by_depth = stats["octree"]["leaves_by_depth"].as_array().expect("an array");
+    assert_eq!(by_depth.iter().filter_map(Value::as_f64).sum::<f64>(), number("octree", "leaves"));
+    assert!(number("octree", "nodes") > number("octree", "leaves") && number("octree", "bytes") > 0.0);
+    assert!(["load", "regularize", "upload", "frame"].iter().all(|key| number("time", key) > 0.0));
+    assert!(number("samples", "taken") > 1000.0);
+    assert_eq!(stats["params"]["max_depth"], 9);
+}
+
+#[test]
+fn octree_and_exact_show_the_same_and_the_device_does_not_matter() {
+    let folder = folder();
+    let shot = |name: &str, more: &[&str]| {
+        done(folder.path(), &[&["render", "--size", "64", "-o", "a.png", "--raw", name], more].concat());
+        octetra::image::read_npy(&folder.path().join(name)).expect("NPY")
+    };
+    let (gpu, cpu) = (shot("gpu.npy", &["--device", "gpu"]), shot("cpu.npy", &["--device", "cpu"]));
+    let (most, worst) = octetra::image::difference(&gpu, &cpu);
+    assert!(most <= 1.0 / 255.0 && worst <= 4.0 / 255.0, "GPU and CPU differ by {most}, {worst}");
+    let exact = shot("exact.npy", &["--renderer", "exact"]);
+    let (_, covered) = octetra::image::psnr(&exact, &cpu);
+    assert!(covered > 30.0, "octree against exact: {covered} dB");
+}
+
+#[test]
+fn regularize_writes_a_texture_that_others_can_read() {
+    let folder = folder();
+    let said = done(folder.path(), &["regularize", "--texture", "t.npy", "--max-depth", "6"]);
+    assert!(said.contains("nodes") && said.contains("texels"), "{said}");
+    let about = json(&folder.path().join("t.json"));
+    let npy = npyz::NpyFile::new(std::fs::File::open(folder.path().join("t.npy")).expect("a file")).expect("NPY");
+    assert_eq!((npy.shape().len(), npy.shape()[3]), (4, 4));
+    let texels: Vec<u8> = npy.into_vec().expect("uint8");
+    let leaves = texels.chunks(4).filter(|t| t[3] != 0 && t[3] != 255).count();
+    assert!(leaves > 1000 && texels.chunks(4).all(|t| t[3] == 255 || t[3] % 10 == 0 && t[3] <= 60));
+    assert!(about["root_edge"].as_f64().expect("a number") > 0.0 && about["root_origin"].as_array().expect("three").len() == 3);
+}
+
+#[test]
+fn generated_meshes_are_read_back() {
+    let folder = folder();
+    done(folder.path(), &["generate", "ball", "--tets", "5000", "-o", "ball.vtu"]);
+    done(folder.path(), &["generate", "cube", "--compress"]);
+    let info = done(folder.path(), &["info", "ball.vtu"]);
+    assert!(info.contains("point array   radius") && info.contains("<- shown by default"), "{info}");
+    done(folder.path(), &["render", "cube.vtu", "--size", "32", "--tf", "viridis", "--orbit", "11", "--transparent"]);
+    assert!(folder.path().join("cube.png").exists());
+}
+
+#[test]
+fn what_cannot_be_done_is_said_in_one_line() {
+    let folder = folder();
+    let file = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    file("broken.vtu", "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>");
+    file("notes.txt", "nothing");
+    file("tf.json", "{\"color\": [[0, 1, 1, 1]], \"opacity\": [[0, 0], [1, 7]]}");
+    file("camera.json", "{\"eye\": [0, 0, 0], \"target\": [0, 0, 0], \"up\": [0, 0, 1]}");
+    let fails = |args: &[&str]| refused(folder.path(), args);
+    assert!(fails(&["render", "missing.vtu"]).contains("missing.vtu"));
+    assert!(fails(&["render", "broken.vtu"]).contains("broken.vtu"));
+    assert!(fails(&["render", "notes.txt"]).contains("notes.txt"));
+    assert!(fails(&["render", "--array", "temperature"]).contains("\"suction\""), "the arrays there are");
+    assert!(fails(&["render", "--tf", "tf.json"]).contains("opacity knot 1"));
+    assert!(fails(&["render", "--tf", "jet"]).contains("viridis"));
+    assert!(fails(&["render", "--camera", "camera.json"]).contains("camera.json"));
+    assert!(fails(&["render", "-o", "no/such/folder/a.png"]).contains("no/such/folder"));
+    assert!(fails(&["render", "--memory", "1MiB"]).contains("--memory"));
+    assert!(fails(&["generate", "wing", "--tets", "3"]).contains("too few"));
+}
+
+#[test]
+fn wrong_usage_has_its_own_status() {
+    let folder = folder();
+    for args in [
+        &["render", "--size", "0"][..],
+        &["render", "--orbit", "12"],
+        &["render", "--max-depth", "26"],
+        &["render", "--mode", "mip"],
+        &["render", "--boundary", "mesh"],
+        &["render", "a.vtu", "b.vtu"],
+    ] {
+        assert_eq!(octetra(folder.path(), args).status.code(), Some(2), "{args:?}");
+    }
+}
