@@ -42,18 +42,20 @@ fn find(at: vec3<u32>) -> Found {
     let highest = firstLeadingBit(max(change.x | change.y | change.z, 1u));
     var level = min(stack_level, frame.depth - 1u - highest);
     stack_cell = at;
-    var block = stack[level];
-    loop {
-        let bit = frame.depth - 1u - level;
-        let word = node(block, (at >> vec3<u32>(bit)) & vec3<u32>(1u));
-        let interior = (word >> 24u) == INTERIOR;
-        if (!interior || bit == 0u) {
-            stack_level = level;
-            let cell = Cell((at >> vec3<u32>(bit)) << vec3<u32>(bit), 1u << bit);
-            return Found(select(word, EMPTY, interior), cell);
-        }
+    var bit = frame.depth - 1u - level;
+    var word = node(stack[level], child_of(at, bit));
+    while ((word >> 24u) == INTERIOR && bit > 0u) {
         level += 1u;
-        block = word & 0x00ffffffu;
-        stack[level] = block;
+        bit -= 1u;
+        stack[level] = word & 0x00ffffffu;
+        word = node(stack[level], child_of(at, bit));
     }
+    stack_level = level;
+    let cell = Cell((at >> vec3<u32>(bit)) << vec3<u32>(bit), 1u << bit);
+    return Found(select(word, EMPTY, (word >> 24u) == INTERIOR), cell);
+}
+
+// Which child of a block holds a cell of the grid, if a child's coordinates end at this bit.
+fn child_of(at: vec3<u32>, bit: u32) -> vec3<u32> {
+    return (at >> vec3<u32>(bit)) & vec3<u32>(1u);
 }

@@ -18,14 +18,18 @@ fn segment(a: f32, b: f32) -> vec3<f32> {
     let alpha = em1(mean);
     var front: f32;
     if (mean <= 0.5) {
-        let u = vec4<f32>(0.069431844, 0.330009478, 0.669990522, 0.930568156);
-        let w = vec4<f32>(0.173927423, 0.326072577, 0.326072577, 0.173927423);
-        let g = u * (a + (b - a) * 0.5 * u);
-        front = w.x * em1(g.x) + w.y * em1(g.y) + w.z * em1(g.z) + w.w * em1(g.w);
+        // 4-point Gauss-Legendre on [0, 1].
+        front = 0.173927423 * em1(depth_to(0.069431844, a, b)) + 0.326072577 * em1(depth_to(0.330009478, a, b))
+            + 0.326072577 * em1(depth_to(0.669990522, a, b)) + 0.173927423 * em1(depth_to(0.930568156, a, b));
     } else {
         front = 1.0 - psi_lookup(1.0 / sqrt(1.0 + 0.5 * a), 1.0 / sqrt(1.0 + 0.5 * b));
     }
     return vec3<f32>(front, max(alpha - front, 0.0), alpha);
+}
+
+// Optical depth from the front of a segment to its part u.
+fn depth_to(u: f32, a: f32, b: f32) -> f32 {
+    return u * (a + (b - a) * 0.5 * u);
 }
 
 // Bilinear look-up at axis positions in [0, 1].

@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand, each a list of library calls.
 
 mod args;
+mod bench;
 mod generate;
 mod info;
 mod long_work;
@@ -41,6 +42,8 @@ enum Command {
     /// Build the octree and write its texture for other programs
     Regularize(regularize::RegularizeCommand),
 
+    /// Measure build and frame times, with the paper's figures beside
+    Bench(bench::BenchCommand),
     /// Make a mesh that carries a known field
     Generate(generate::GenerateCommand),
 }
@@ -53,6 +56,7 @@ impl Cli {
             Some(Command::View(command)) => command.run(),
             Some(Command::Info(command)) => command.run(),
             Some(Command::Regularize(command)) => command.run(),
+            Some(Command::Bench(command)) => command.run(),
             Some(Command::Generate(command)) => command.run(),
             None => self.view.run(),
         }

@@ -5,9 +5,9 @@ use crate::octree::OctreeTexture;
 use glam::UVec3;
 
 /// The deepest level that a texel can name.
-const MAX_DEPTH: usize = 25;
+pub const MAX_DEPTH: usize = 25;
 /// The highest byte of an interior texel.
-const INTERIOR: u32 = 255;
+pub const INTERIOR: u32 = 255;
 
 /// A texel as one number: A in the highest byte, then R, G, B. 0 is empty.
 #[derive(Clone, Copy, PartialEq)]
@@ -53,18 +53,17 @@ impl<'a> Descent<'a> {
         let differing = (at.x ^ self.last.x) | (at.y ^ self.last.y) | (at.z ^ self.last.z);
         let mut level = self.level.min(depth - 1 - differing.checked_ilog2().unwrap_or(0));
         self.last = at;
-        loop {
-            let bit = depth - 1 - level;
-            let word = self.node(self.stack[level as usize], (at >> bit) & 1);
-            let interior = word.0 >> 24 == INTERIOR;
-            if !interior || bit == 0 {
-                self.level = level;
-                let cell = Cell { low: (at >> bit) << bit, size: 1 << bit };
-                return (if interior { Word(0) } else { word }, cell);
-            }
+        let mut bit = depth - 1 - level;
+        let mut word = self.node(self.stack[level as usize], (at >> bit) & 1);
+        while word.0 >> 24 == INTERIOR && bit > 0 {
             level += 1;
+            bit -= 1;
             self.stack[level as usize] = word.0 & 0x00ff_ffff;
+            word = self.node(self.stack[level as usize], (at >> bit) & 1);
         }
+        self.level = level;
+        let cell = Cell { low: (at >> bit) << bit, size: 1 << bit };
+        (if word.0 >> 24 == INTERIOR { Word(0) } else { word }, cell)
     }
 
     /// The texel of a child. A block is named by its position in the pool, x in the highest byte, as an interior texel has it.

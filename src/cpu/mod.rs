@@ -7,6 +7,9 @@ mod march_leaf;
 mod march_paper;
 mod ray;
 
+pub use descent::{INTERIOR, MAX_DEPTH};
+pub use ray::{FAR, PARALLEL};
+
 use crate::image::Image;
 use crate::octree::OctreeTexture;
 use crate::optics::{Classifier, KnotTable};
@@ -16,9 +19,9 @@ use ray::Ray;
 use rayon::prelude::*;
 
 /// No ray looks up more cells: only steps far below any leaf's size could.
-const MAX_LOOKUPS: u32 = 1 << 22;
+pub const MAX_LOOKUPS: u32 = 1 << 22;
 /// The shortest step in cube edges. With t below 2, f32 still tells apart the two ends of such a step.
-const MIN_STEP: f32 = 1.0 / 1_048_576.0;
+pub const MIN_STEP: f32 = 1.0 / 1_048_576.0;
 
 /// What a march gives.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,9 +8,9 @@ use crate::view::CubeRay;
 use glam::{UVec3, Vec3};
 
 /// Direction components smaller than this are taken as 0: over the cube they move a ray by less than f32 can tell.
-const PARALLEL: f32 = 1e-12;
+pub const PARALLEL: f32 = 1e-12;
 /// Stands for infinity, which WGSL has not.
-pub(super) const FAR: f32 = 1e30;
+pub const FAR: f32 = 1e30;
 
 /// A ray inside the root cube [0, 1)^3, from t = 0 where it enters the cube, or at the eye, to `t_out`.
 pub(super) struct Ray {

@@ -63,7 +63,7 @@ pub enum FormatError {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        problem: Problem,
+        problem: Box<Problem>,
     },
     /// Stopped on request.
     #[error(transparent)]
@@ -92,7 +92,7 @@ pub fn read_embedded(name: &str, bytes: &[u8], progress: &Progress) -> Result<Te
 fn named(path: &Path, problem: Problem) -> FormatError {
     match problem {
         Problem::Vtu(VtuError::Cancelled(cancelled)) => FormatError::Cancelled(cancelled),
-        problem => FormatError::File { path: path.to_owned(), problem },
+        problem => FormatError::File { path: path.to_owned(), problem: Box::new(problem) },
     }
 }
 

@@ -334,7 +334,7 @@ mod tests {
     }
 
     fn params(max_depth: u8) -> OctreeParams {
-        OctreeParams { max_depth, ..OctreeParams::default() }
+        OctreeParams { max_depth, initial_cell_tets: 32.0, max_leaf_tets: 8, max_leaf_variance: 8e-4, ..OctreeParams::default() }
     }
 
     /// Calls `see` with (level, leaf number in the level, depth, center) for each full leaf.

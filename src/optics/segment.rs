@@ -28,14 +28,20 @@ pub fn segment(a: f32, b: f32) -> Weights {
     let mean = 0.5 * (a + b);
     let alpha = em1(mean);
     let front = if mean <= 0.5 {
+        // 4-point Gauss-Legendre on [0, 1].
         const U: [f32; 4] = [0.069_431_84, 0.330_009_48, 0.669_990_5, 0.930_568_16];
         const W: [f32; 4] = [0.173_927_42, 0.326_072_58, 0.326_072_58, 0.173_927_42];
-        let g = U.map(|u| u * (a + (b - a) * 0.5 * u));
-        W[0] * em1(g[0]) + W[1] * em1(g[1]) + W[2] * em1(g[2]) + W[3] * em1(g[3])
+        let part = |i: usize| W[i] * em1(depth_to(U[i], a, b));
+        part(0) + part(1) + part(2) + part(3)
     } else {
         1.0 - psi_lookup(1.0 / (1.0 + 0.5 * a).sqrt(), 1.0 / (1.0 + 0.5 * b).sqrt())
     };
     Weights { front, back: (alpha - front).max(0.0), alpha }
+}
+
+/// Optical depth from the front of a segment to its part u.
+fn depth_to(u: f32, a: f32, b: f32) -> f32 {
+    u * (a + (b - a) * 0.5 * u)
 }
 
 /// Bilinear look-up in [`psi_table`] at axis positions in [0, 1].

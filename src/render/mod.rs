@@ -3,7 +3,7 @@
 
 use crate::cpu;
 use crate::exact::ExactScene;
-use crate::gpu::{self, GpuError, InFlight, OctreeVolume, Target};
+use crate::gpu::{self, FrameTimes, GpuError, InFlight, OctreeVolume, Target};
 use crate::image::Image;
 use crate::mesh::{ScalarField, TetMesh};
 use crate::octree::OctreeTexture;
@@ -153,6 +153,24 @@ impl Renderer {
         let Some(gpu) = &self.gpu else { return Ok(None) };
         let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
         Ok(Some(gpu.marcher.start(&gpu.context, volume, &scene.frame(view), &classifier, &view.settings, target)?))
+    }
+
+    /// Times each view `repeats` times after one round of warming up, nothing read back. All views have the first one's size, transfer
+    /// function and settings.
+    pub fn time(&self, scene: &Scene, views: &[View], repeats: u32, progress: &Progress) -> Result<FrameTimes, RenderError> {
+        let Some(first) = views.first() else { return Ok(FrameTimes { gpu_s: None, wall_s: vec![] }) };
+        if let (Some(gpu), Data::Octree { texture, volume: Some(volume) }) = (&self.gpu, &scene.data) {
+            let classifier = Classifier::new(&first.transfer_function, texture.value_range(), scene.diagonal);
+            let frames: Vec<RayFrame> = views.iter().map(|view| scene.frame(view)).collect();
+            return Ok(gpu.marcher.time(&gpu.context, volume, &frames, &classifier, &first.settings, 1, repeats)?);
+        }
+        let mut wall_s = Vec::new();
+        for view in views {
+            for _ in 0..repeats {
+                wall_s.push(self.render(scene, view, progress)?.wall_s);
+            }
+        }
+        Ok(FrameTimes { gpu_s: None, wall_s })
     }
 }
 

@@ -1,1 +1,7 @@
-//! What runs the rest many times and reports: benchmarks.
+//! What runs the rest many times and reports: builds and frames measured.
+
+mod builds;
+mod frames;
+
+pub use builds::{Build, BuildError, PaperTable, thresholds_for};
+pub use frames::{Frames, orbit_frames};

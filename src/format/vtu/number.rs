@@ -4,8 +4,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-/// Bytes of a chunk below which one thread is faster than several.
-const PARALLEL_MIN: usize = 1 << 16;
+/// Items that one thread converts at a time.
+const PARALLEL_ITEMS: usize = 1 << 14;
 
 /// Which byte of a number comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,6 +77,7 @@ pub(super) enum Number {
 
 impl Number {
     /// The nearest f64.
+    #[inline(always)]
     fn to_f64(self) -> f64 {
         match self {
             Number::Signed(v) => v as f64,
@@ -86,6 +87,7 @@ impl Number {
     }
 
     /// The number as an index; `None` where it is none or too large.
+    #[inline(always)]
     fn to_index<T: TryFrom<i64> + TryFrom<u64>>(self) -> Option<T> {
         match self {
             Number::Signed(v) => T::try_from(v).ok(),
@@ -120,6 +122,7 @@ impl Item for f32 {
     const NUMBERS: usize = 1;
     const EXPECTED: &'static str = "a number";
 
+    #[inline(always)]
     fn from_numbers(number: impl Fn(usize) -> Number) -> Option<Self> {
         Some(number(0).to_f64() as f32)
     }
@@ -129,6 +132,7 @@ impl Item for f64 {
     const NUMBERS: usize = 1;
     const EXPECTED: &'static str = "a number";
 
+    #[inline(always)]
     fn from_numbers(number: impl Fn(usize) -> Number) -> Option<Self> {
         Some(number(0).to_f64())
     }
@@ -139,6 +143,7 @@ impl Item for DVec3 {
     const NUMBERS: usize = 3;
     const EXPECTED: &'static str = "a number";
 
+    #[inline(always)]
     fn from_numbers(number: impl Fn(usize) -> Number) -> Option<Self> {
         Some(DVec3::new(number(0).to_f64(), number(1).to_f64(), number(2).to_f64()))
     }
@@ -149,6 +154,7 @@ impl Item for u8 {
     const NUMBERS: usize = 1;
     const EXPECTED: &'static str = "an integer from 0 to 255";
 
+    #[inline(always)]
     fn from_numbers(number: impl Fn(usize) -> Number) -> Option<Self> {
         number(0).to_index()
     }
@@ -159,6 +165,7 @@ impl Item for u64 {
     const NUMBERS: usize = 1;
     const EXPECTED: &'static str = "an integer from 0";
 
+    #[inline(always)]
     fn from_numbers(number: impl Fn(usize) -> Number) -> Option<Self> {
         number(0).to_index()
     }
@@ -169,6 +176,7 @@ impl Item for [u32; 4] {
     const NUMBERS: usize = 4;
     const EXPECTED: &'static str = "a point index from 0";
 
+    #[inline(always)]
     fn from_numbers(number: impl Fn(usize) -> Number) -> Option<Self> {
         Some([number(0).to_index()?, number(1).to_index()?, number(2).to_index()?, number(3).to_index()?])
     }
@@ -213,18 +221,19 @@ fn append_words<I: Item, const N: usize, const BIG: bool>(
         }
         number(word)
     };
+    let item_size = N * I::NUMBERS;
+    let start = out.len();
+    out.resize(start + bytes.len() / item_size, I::default());
     let misfit = AtomicBool::new(false);
-    let make = |item: &[u8]| {
-        I::from_numbers(|k| word(item, k)).unwrap_or_else(|| {
-            misfit.store(true, Relaxed);
-            I::default()
-        })
+    let convert = |(items, bytes): (&mut [I], &[u8])| {
+        for (item, bytes) in items.iter_mut().zip(bytes.chunks_exact(item_size)) {
+            match I::from_numbers(|k| word(bytes, k)) {
+                Some(made) => *item = made,
+                None => misfit.store(true, Relaxed),
+            }
+        }
     };
-    if bytes.len() < PARALLEL_MIN {
-        out.extend(bytes.chunks_exact(N * I::NUMBERS).map(make));
-    } else {
-        out.par_extend(bytes.par_chunks_exact(N * I::NUMBERS).with_min_len(PARALLEL_MIN / 16).map(make));
-    }
+    out[start..].par_chunks_mut(PARALLEL_ITEMS).zip(bytes.par_chunks(PARALLEL_ITEMS * item_size)).for_each(convert);
     if !misfit.into_inner() {
         return Ok(());
     }

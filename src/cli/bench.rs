@@ -1,0 +1,128 @@
+//! `octetra bench`: the paper's build table, and frame times over the orbit.
+
+use super::args::{MeshArgs, OctreeArgs, ViewArgs};
+use super::long_work::with_bar;
+use super::render::say_if_fallen_back;
+use crate::image::{Image, psnr};
+use crate::mesh::{ScalarField, TetMesh};
+use crate::octree::OctreeParams;
+use crate::render::{Renderer, Scene};
+use crate::study::{Build, Frames, PaperTable, orbit_frames, thresholds_for};
+use crate::view::{RendererKind, Steps, View};
+use anyhow::Result;
+use clap::Args;
+use std::io::Write;
+
+/// `octetra bench`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  octetra bench blunt_fin.vtu                       the paper's table for the Blunt Fin, frame times over the orbit
+  octetra bench flow.vtu --depths 7,8,9 --repeats 10
+  octetra bench flow.vtu --nodes 100000 --depths 9  thresholds that give about this many nodes
+
+On the paper's two meshes W is chosen at each depth so that the node count is the paper's, unless --nodes says otherwise.
+PSNR is against the exact renderer's picture, 8 bits, over covered pixels.")]
+pub struct BenchCommand {
+    #[command(flatten)]
+    mesh: MeshArgs,
+    #[command(flatten)]
+    view: ViewArgs,
+    #[command(flatten)]
+    octree: OctreeArgs,
+    /// Maximum depths to build
+    #[arg(long, value_name = "D,D,..", value_delimiter = ',', default_value = "8,9,10",
+          value_parser = clap::value_parser!(u8).range(1..=i64::from(OctreeParams::DEPTH_LIMIT)))]
+    depths: Vec<u8>,
+    /// Choose W so that each depth has at most so many nodes; one number for all depths, or one each
+    #[arg(long, value_name = "N,N,..", value_delimiter = ',')]
+    nodes: Vec<usize>,
+    /// Builds of each depth, and frames of each view
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
+    repeats: u16,
+}
+
+impl BenchCommand {
+    /// Builds and draws at each depth and prints the tables.
+    pub fn run(self) -> Result<()> {
+        let mesh = self.mesh.read()?;
+        let field = self.mesh.field(&mesh)?;
+        self.mesh.check_budget(&mesh)?;
+        let view = self.view.view(&mesh)?;
+        let renderer = Renderer::new(self.view.device.into())?;
+        say_if_fallen_back(&renderer);
+        let exact = with_bar(|progress| -> Result<Image> {
+            let scene = renderer.exact_scene(&mesh, &field, progress)?;
+            let settings = crate::view::RenderSettings { renderer: RendererKind::Exact, min_transmittance: 0.0, ..view.settings };
+            Ok(renderer.render(&scene, &View { settings, ..view.clone() }, progress)?.image)
+        })?;
+
+        let paper = PaperTable::of(&mesh);
+        let adapter = renderer.adapter().map_or("CPU".into(), |[name, backend, driver]| format!("{name} ({backend}, {driver})"));
+        let mut out = std::io::stdout().lock();
+        let name = paper.map_or(self.mesh.stem(), |p| p.name.to_owned());
+        let size = self.view.size;
+        writeln!(out, "{name}: {} tets, {} points, array {}", mesh.tets().len(), mesh.points().len(), field.name)?;
+        writeln!(out, "{} threads; {adapter}; {}x{}, best of {} builds\n", rayon::current_num_threads(), size[0], size[1], self.repeats)?;
+        writeln!(
+            out,
+            "depth       W    build s  median s    nodes     MiB  PSNR leaf  paper   frame ms  worst  by         paper's build, nodes"
+        )?;
+        for (i, &depth) in self.depths.iter().enumerate() {
+            let row = self.measure(&mesh, &field, &view, &renderer, &exact, self.target(i, paper), depth)?;
+            let published = paper.and_then(|p| p.rows.into_iter().find(|r| r.0 == depth));
+            let beside = published.map_or("-".into(), |(_, seconds, nodes)| format!("{seconds:.2} s, {} k", nodes / 1000));
+            writeln!(out, "{depth:>5}  {row}  {beside}")?;
+            out.flush()?;
+        }
+        Ok(())
+    }
+
+    /// How many nodes a depth should have: what was asked for, else the paper's.
+    fn target(&self, i: usize, paper: Option<PaperTable>) -> Option<usize> {
+        let published = paper.and_then(|p| p.rows.into_iter().find(|r| r.0 == self.depths[i])).map(|(.., nodes)| nodes);
+        self.nodes.get(i).or(self.nodes.last()).copied().or(published)
+    }
+
+    /// One row of the table as text.
+    fn measure(
+        &self,
+        mesh: &TetMesh,
+        field: &ScalarField,
+        view: &View,
+        renderer: &Renderer,
+        exact: &Image,
+        nodes: Option<usize>,
+        depth: u8,
+    ) -> Result<String> {
+        let mut params = OctreeParams { max_depth: depth, ..self.octree.params() };
+        if let Some(nodes) = nodes {
+            params = with_bar(|progress| thresholds_for(mesh, field, &params, nodes, progress))?;
+        }
+        let repeats = usize::from(self.repeats);
+        let build = with_bar(|progress| Build::measure(mesh, field, &params, repeats, progress))?;
+        let (best, median, count, bytes) = (build.best_s(), build.median_s(), build.tree.node_count(), build.texture.bytes());
+        let (scene, _) = renderer.octree_scene(mesh, build.texture)?;
+        let quality = |steps| -> Result<f64> { Ok(psnr(exact, &self.picture(renderer, &scene, view, steps)?).1) };
+        let (leaf, paper) = (quality(Steps::Leaf)?, quality(Steps::Paper)?);
+        let bounds = mesh.bounds().translated(mesh.center());
+        let frames = with_bar(|progress| orbit_frames(renderer, &scene, bounds, view, u32::from(self.repeats), progress))?;
+        let (by, seconds) = frames.gpu_s.as_ref().map_or(("clock", &frames.wall_s), |gpu_s| ("GPU", gpu_s));
+        let (frame, worst) = Frames::median_and_worst(seconds);
+        let mut by = by.to_owned();
+        if frames.gpu_s.is_some() {
+            by += &format!(" ({:.2})", Frames::median_and_worst(&frames.wall_s).0 * 1e3);
+        }
+        let (w, mib) = (params.max_leaf_variance, bytes as f64 / f64::from(1 << 20));
+        Ok(format!(
+            "{w:>8.1e}  {best:>6.3}  {median:>8.3}  {count:>8}  {mib:>6.2}  {leaf:>9.2}  {paper:>5.2}  {:>9.3}  {:>5.2}  {by:<9}",
+            frame * 1e3,
+            worst * 1e3
+        ))
+    }
+
+    fn picture(&self, renderer: &Renderer, scene: &Scene, view: &View, steps: Steps) -> Result<Image> {
+        let settings = crate::view::RenderSettings { steps, ..view.settings };
+        with_bar(|progress| renderer.render(scene, &View { settings, ..view.clone() }, progress)).map(|picture| picture.image)
+    }
+}
