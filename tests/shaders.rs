@@ -35,8 +35,8 @@ fn every_stage_is_valid() {
 
 #[test]
 fn every_file_is_used_and_nothing_else_lies_in_the_folder() {
-    let stages =
-        ["march_leaf.wgsl", "march_paper.wgsl"].map(|stage| source(stage, NodeStorage::Buffer) + &source(stage, NodeStorage::Texture));
+    let stages = FILES.iter().map(|(name, _)| *name).filter(|name| !name.starts_with("shared/"));
+    let stages: Vec<_> = stages.map(|stage| source(stage, NodeStorage::Buffer) + &source(stage, NodeStorage::Texture)).collect();
     for (name, text) in FILES {
         assert!(stages.iter().any(|s| s.contains(text)), "{name} is imported by no stage");
     }
@@ -75,7 +75,7 @@ fn structs_mirror_their_shaders() {
         mirror!(Knot { color, extinction, value, inverse_width }),
         mirror!(Counter { low, high }),
     ];
-    for (file, module) in modules() {
+    for (file, module) in modules().into_iter().filter(|(file, _)| file.starts_with("march")) {
         for (name, size, fields) in &mirrors {
             let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name));
             let (_, r#type) = found.unwrap_or_else(|| panic!("{file} has no struct {name}"));

@@ -1,8 +1,30 @@
-//! The window.
+//! The window: state, input, and jobs on threads. What it shows is computed by the library.
+//!
+//!     viewer     the window: what is open, what is chosen, what is shown, and what is on its way
+//!     panel      the widgets beside the picture
+//!     navigate   mouse and keys to cameras
+//!     settings   what the user has chosen
+//!     model      the long work: opening, regularizing, exact pictures, saving
+//!     jobs       work in the background, with progress, cancelled when dropped
+//!     pace       how fine to draw while the view moves
+//!     viewport   the picture on the GPU
+
+mod jobs;
+mod model;
+mod navigate;
+mod pace;
+mod panel;
+mod settings;
+mod viewer;
+mod viewport;
 
 use crate::mesh::{Component, TetMesh};
 use crate::octree::OctreeParams;
 use crate::view::View;
+use anyhow::{Result, anyhow, bail};
+use std::path::PathBuf;
+pub use viewer::{OctreeNumbers, Viewer};
+pub use viewport::wgpu_setup;
 
 /// What the window opens on.
 #[derive(Debug)]
@@ -15,13 +37,43 @@ pub struct Options {
     pub array: String,
     /// What is taken of a vector.
     pub component: Component,
-    /// The first view.
+    /// The first view. Its size is that of the first window's picture where the screen has room.
     pub view: View,
     /// The first thresholds.
     pub params: OctreeParams,
+    /// Budget for mesh and octree in bytes, checked before another mesh is opened.
+    pub memory_bytes: u64,
+    /// Where screenshots are written.
+    pub folder: PathBuf,
 }
 
 /// Opens the window and returns when it is closed.
-pub fn run(options: Options) -> anyhow::Result<()> {
-    anyhow::bail!("{}: the window is being built", options.name)
+pub fn run(options: Options) -> Result<()> {
+    const INSTEAD: &str = "`octetra render` draws without one";
+    if cfg!(all(unix, not(target_os = "macos"))) {
+        let set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+        if !["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].into_iter().any(set) {
+            bail!("there is no display to open a window on (DISPLAY and WAYLAND_DISPLAY are not set); {INSTEAD}");
+        }
+    }
+    let mut native = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title(title(&options.name))
+            .with_app_id("octetra")
+            .with_inner_size([1280.0, 800.0])
+            .with_min_inner_size([640.0, 400.0]),
+        ..Default::default()
+    };
+    native.wgpu_options.wgpu_setup = wgpu_setup();
+    let opened = eframe::run_native("octetra", native, Box::new(|creation| Ok(Box::new(Viewer::new(creation, options)?))));
+    opened.map_err(|error| match error {
+        eframe::Error::AppCreation(error) => anyhow!("{error}"),
+        eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => anyhow!("no window can be opened: {error}; {INSTEAD}"),
+        error => anyhow!("{error}"),
+    })
+}
+
+/// The window's title.
+fn title(name: &str) -> String {
+    format!("{name} - octetra")
 }

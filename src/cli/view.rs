@@ -22,6 +22,7 @@ impl ViewCommand {
         let mesh = self.mesh.read()?;
         let field = self.mesh.field(&mesh)?;
         let view = self.view.view(&mesh)?;
+        self.mesh.check_budget(&mesh)?;
         app::run(Options {
             name: self.mesh.stem(),
             mesh,
@@ -29,6 +30,8 @@ impl ViewCommand {
             component: self.mesh.component,
             view,
             params: self.octree.params(),
+            memory_bytes: self.mesh.budget_bytes(),
+            folder: ".".into(),
         })
     }
 }

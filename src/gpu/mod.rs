@@ -4,6 +4,7 @@
 //! command call the same functions. Device errors come back as [`GpuError`].
 
 mod context;
+mod in_flight;
 pub mod layout;
 mod march;
 pub mod shader;
@@ -12,6 +13,7 @@ mod timing;
 mod volume;
 
 pub use context::{Context, GpuError, device_descriptor};
+pub use in_flight::{FrameTime, InFlight};
 pub use march::{GpuFrame, Marcher};
 pub use target::Target;
 pub use timing::FrameTimes;

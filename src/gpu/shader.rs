@@ -25,6 +25,7 @@ embedded![
     "shared/output.wgsl",
     "shared/ray.wgsl",
     "shared/segment.wgsl",
+    "viewport.wgsl",
 ];
 
 /// How the octree's nodes reach the shader: what `// #import shared/nodes` stands for.

@@ -24,7 +24,10 @@ impl Target {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: wgpu::TextureFormat::Rgba32Float,
-            usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC,
+            usage: wgpu::TextureUsages::STORAGE_BINDING
+                | wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_SRC
+                | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
         };
         context.scoped(|| {
@@ -41,6 +44,17 @@ impl Target {
         }
         *self = Target::new(context, width, height)?;
         Ok(true)
+    }
+
+    /// Puts an image made elsewhere into this target, which must have its size.
+    pub fn write(&self, context: &Context, image: &Image) -> Result<(), GpuError> {
+        let size = [image.width, image.height];
+        if self.size() != size {
+            return Err(GpuError::TargetSize { image: size, target: self.size() });
+        }
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * image.width), rows_per_image: Some(image.height) };
+        let pixels = bytemuck::cast_slice(&image.pixels);
+        context.scoped(|| context.queue.write_texture(self.texture.as_image_copy(), pixels, layout, self.texture.size()))
     }
 
     /// The view to bind.

@@ -59,9 +59,24 @@ impl Timestamps {
 
     /// Seconds between the two, once submitted.
     pub fn read_s(&self, context: &Context) -> Result<f64, GpuError> {
-        let [begin, end]: [u64; 2] = bytemuck::pod_read_unaligned(&context.read(&self.mappable)?);
-        Ok(end.wrapping_sub(begin) as f64 * f64::from(context.queue.get_timestamp_period()) * 1e-9)
+        Ok(seconds(&context.read(&self.mappable)?, context.queue.get_timestamp_period()))
     }
+
+    /// Calls `then` with the seconds between the two when the work submitted before is done and somebody polls the device; `None` if they
+    /// cannot be read.
+    pub fn read_later(&self, context: &Context, then: impl FnOnce(Option<f64>) + Send + 'static) {
+        let (buffer, period) = (self.mappable.clone(), context.queue.get_timestamp_period());
+        self.mappable.map_async(wgpu::MapMode::Read, .., move |result| {
+            let content = result.ok().and_then(|()| buffer.get_mapped_range(..).ok().map(|range| seconds(&range, period)));
+            then(content);
+        });
+    }
+}
+
+/// Seconds between two timestamps as they lie in a buffer, `period` nanoseconds a tick.
+fn seconds(bytes: &[u8], period: f32) -> f64 {
+    let [begin, end]: [u64; 2] = bytemuck::pod_read_unaligned(bytes);
+    end.wrapping_sub(begin) as f64 * f64::from(period) * 1e-9
 }
 
 impl Marcher {

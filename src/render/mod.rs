@@ -3,7 +3,7 @@
 
 use crate::cpu;
 use crate::exact::ExactScene;
-use crate::gpu::{self, FrameTimes, GpuError, OctreeVolume};
+use crate::gpu::{self, FrameTimes, GpuError, InFlight, OctreeVolume, Target};
 use crate::image::Image;
 use crate::mesh::{ScalarField, TetMesh};
 use crate::octree::OctreeTexture;
@@ -92,6 +92,11 @@ impl Renderer {
         }
     }
 
+    /// Draws on a device that is open already, the window's.
+    pub fn on(context: gpu::Context) -> Result<Self, RenderError> {
+        Ok(Renderer { gpu: Some(Gpu { marcher: gpu::Marcher::new(&context)?, context }), no_adapter: false })
+    }
+
     /// Whether the CPU serves only because there is no adapter.
     pub fn fell_back(&self) -> bool {
         self.no_adapter
@@ -139,6 +144,15 @@ impl Renderer {
                 Ok(Picture { image: done.image, samples: Some(done.samples), wall_s: start.elapsed().as_secs_f64(), gpu_s: None })
             }
         }
+    }
+
+    /// Starts the march of an octree scene into `target`, which must have the view's size, and waits for nothing. `None` if the scene is
+    /// not on the device: [`Renderer::render`] draws it.
+    pub fn march(&self, scene: &Scene, view: &View, target: &Target) -> Result<Option<InFlight>, RenderError> {
+        let Data::Octree { texture, volume: Some(volume) } = &scene.data else { return Ok(None) };
+        let Some(gpu) = &self.gpu else { return Ok(None) };
+        let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
+        Ok(Some(gpu.marcher.start(&gpu.context, volume, &scene.frame(view), &classifier, &view.settings, target)?))
     }
 
     /// Times each view `repeats` times after one round of warming up, nothing read back. All views have the first one's size, transfer

@@ -2,6 +2,7 @@
 
 mod camera;
 mod cube_rays;
+mod orbit;
 mod settings;
 mod transfer_function;
 

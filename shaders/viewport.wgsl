@@ -1,0 +1,36 @@
+// Stage: viewport. Puts the marched image into the window: texel for pixel at the same size, linearly in between at another. The window's
+// target is display-encoded already, so values are written as they are, over black.
+
+@group(0) @binding(0) var image: texture_2d<f32>;
+
+struct Corner {
+    @builtin(position) position: vec4<f32>,
+    // From the image's upper left, in images.
+    @location(0) at: vec2<f32>,
+}
+
+// One triangle that covers the viewport.
+@vertex
+fn cover(@builtin(vertex_index) index: u32) -> Corner {
+    let at = vec2<f32>(f32(index & 1u), f32(index >> 1u)) * 2.0;
+    return Corner(vec4<f32>(at.x * 2.0 - 1.0, 1.0 - at.y * 2.0, 0.0, 1.0), at);
+}
+
+fn texel(at: vec2<i32>, size: vec2<i32>) -> vec3<f32> {
+    return textureLoad(image, clamp(at, vec2<i32>(0), size - 1), 0).rgb;
+}
+
+@fragment
+fn show(corner: Corner) -> @location(0) vec4<f32> {
+    let size = vec2<i32>(textureDimensions(image));
+    let at = corner.at * vec2<f32>(size) - 0.5;
+    // At equal sizes `at` is a texel but for rounding, which must not blend in the next one.
+    let nearest = round(at);
+    let exact = select(at, nearest, abs(at - nearest) < vec2<f32>(0.01));
+    let first = floor(exact);
+    let weight = exact - first;
+    let low = vec2<i32>(first);
+    let upper = mix(texel(low, size), texel(low + vec2<i32>(1, 0), size), weight.x);
+    let lower = mix(texel(low + vec2<i32>(0, 1), size), texel(low + vec2<i32>(1, 1), size), weight.x);
+    return vec4<f32>(mix(upper, lower, weight.y), 1.0);
+}

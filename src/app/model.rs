@@ -1,0 +1,125 @@
+//! What the window shows, and the long work that makes it: library calls, each to be run by a [`super::jobs::Job`].
+
+use crate::format;
+use crate::image::{Background, Image, write_png};
+use crate::mesh::{FieldSelection, ScalarField, TetMesh};
+use crate::octree::{OctreeParams, OctreeTexture, regularize};
+use crate::progress::Progress;
+use crate::render::{Picture, Renderer, Scene};
+use crate::view::View;
+use anyhow::{Context, Result, bail};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// An open mesh.
+#[derive(Clone)]
+pub struct Document {
+    /// The file's stem: title and name of screenshots.
+    pub name: String,
+    /// The mesh.
+    pub mesh: Arc<TetMesh>,
+    /// The field shown first.
+    pub field: FieldSelection,
+}
+
+/// A regularized field on the device, and its numbers.
+pub struct OctreeModel {
+    /// What the renderer draws.
+    pub scene: Scene,
+    /// Smallest and largest value of the field, data units.
+    pub value_range: [f64; 2],
+    /// Interior cells and full leaves.
+    pub nodes: usize,
+    /// Full leaves by depth, from depth 0.
+    pub leaves_by_depth: Vec<usize>,
+    /// Bytes of the texture.
+    pub bytes: usize,
+    /// Seconds from the mesh in memory to the encoded texture.
+    pub build_s: f64,
+    /// Seconds to copy it to the device.
+    pub upload_s: f64,
+}
+
+/// Steps of an exact picture, in the order in which they come.
+pub enum ExactStep {
+    /// The mesh is linked; this scene serves other views of the same field.
+    Linked(Arc<Scene>),
+    /// A picture.
+    Picture {
+        /// What was drawn, perhaps smaller than asked for.
+        picture: Picture,
+        /// Whether it has the size asked for.
+        complete: bool,
+    },
+}
+
+/// Reads a mesh and checks that it carries something to show within a budget of memory.
+pub fn open(path: &Path, memory_bytes: u64, progress: &Progress) -> Result<Document> {
+    let mesh = format::read_mesh(path, progress)?;
+    let at = || path.display().to_string();
+    let field = ScalarField::select(&mesh, &FieldSelection::default()).with_context(at)?;
+    let need = mesh.bytes() as u64 + crate::octree::working_bytes(&mesh);
+    if need > memory_bytes {
+        let mib = |bytes: u64| bytes >> 20;
+        bail!("{}: regularizing it may take {} MiB, the budget is {} MiB (--memory)", at(), mib(need), mib(memory_bytes));
+    }
+    let name = path.file_stem().map_or("mesh".into(), |stem| stem.to_string_lossy().into_owned());
+    Ok(Document { name, mesh: Arc::new(mesh), field: FieldSelection { name: Some(field.name), ..FieldSelection::default() } })
+}
+
+/// Regularizes a field and copies the texture to the device.
+pub fn build_octree(
+    renderer: &Renderer,
+    mesh: &TetMesh,
+    selection: &FieldSelection,
+    params: &OctreeParams,
+    progress: &Progress,
+) -> Result<OctreeModel> {
+    let start = Instant::now();
+    let field = ScalarField::select(mesh, selection)?;
+    let tree = regularize(mesh, &field, params, progress)?;
+    let texture = OctreeTexture::encode(&tree)?;
+    let build_s = start.elapsed().as_secs_f64();
+    progress.check()?;
+    let bytes = texture.bytes();
+    let (scene, upload_s) = renderer.octree_scene(mesh, texture)?;
+    let (nodes, leaves_by_depth) = (tree.node_count(), tree.leaves_by_depth());
+    Ok(OctreeModel { scene, value_range: field.range, nodes, leaves_by_depth, bytes, build_s, upload_s })
+}
+
+/// Draws the mesh itself, coarsely first. Without a scene the mesh is linked before.
+pub fn draw_exact(
+    renderer: &Renderer,
+    mesh: &TetMesh,
+    selection: &FieldSelection,
+    scene: Option<Arc<Scene>>,
+    view: &View,
+    progress: &Progress,
+    mut give: impl FnMut(ExactStep),
+) -> Result<()> {
+    let scene = match scene {
+        Some(scene) => scene,
+        None => {
+            let field = ScalarField::select(mesh, selection)?;
+            let scene = Arc::new(renderer.exact_scene(mesh, &field, progress)?);
+            give(ExactStep::Linked(scene.clone()));
+            scene
+        }
+    };
+    for divisor in [8, 3, 1] {
+        let mut view = view.clone();
+        [view.settings.width, view.settings.height] = super::pace::divided([view.settings.width, view.settings.height], divisor);
+        let picture = renderer.render(&scene, &view, progress)?;
+        give(ExactStep::Picture { picture, complete: divisor == 1 });
+    }
+    Ok(())
+}
+
+/// Draws a scene as `octetra render` would and writes it to the first free `NAME_00.png`, `NAME_01.png`, ... of a folder.
+pub fn save_picture(renderer: &Renderer, scene: &Scene, view: &View, folder: &Path, name: &str, progress: &Progress) -> Result<PathBuf> {
+    let image: Image = renderer.render(scene, view, progress)?.image;
+    let path = (0..).map(|n| folder.join(format!("{name}_{n:02}.png"))).find(|path| !path.exists()).expect("numbers do not end");
+    write_png(&path, &image, Background::Color([0.0; 3]))?;
+    Ok(path)
+}

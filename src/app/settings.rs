@@ -1,0 +1,85 @@
+//! What the user has chosen.
+
+use crate::mesh::{Component, FieldSelection};
+use crate::octree::OctreeParams;
+use crate::view::{Camera, RenderSettings, TransferFunction, View};
+
+/// Everything that decides the picture, the mesh and the window's size aside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Array and component.
+    pub field: FieldSelection,
+    /// Thresholds of the octree.
+    pub params: OctreeParams,
+    /// From where.
+    pub camera: Camera,
+    /// Colours and opacity.
+    pub transfer: Transfer,
+    /// Renderer, steps and quality; the size is the viewport's.
+    pub render: RenderSettings,
+}
+
+/// A transfer function and what the window changes of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transfer {
+    /// The preset's name, or [`Transfer::FROM_FILE`].
+    pub name: String,
+    /// As the preset or file has it.
+    pub base: TransferFunction,
+    /// What extinction is multiplied by, above 0.
+    pub density: f64,
+}
+
+impl Transfer {
+    /// The name of a transfer function that is no preset.
+    pub const FROM_FILE: &str = "from file";
+
+    /// A transfer function as it is; a preset is recognized.
+    pub fn new(base: TransferFunction) -> Self {
+        let same = |name: &&&str| TransferFunction::preset(name).is_ok_and(|preset| preset == base);
+        let name = TransferFunction::PRESETS.iter().find(same).unwrap_or(&Self::FROM_FILE);
+        Transfer { name: (*name).to_owned(), base, density: 1.0 }
+    }
+
+    /// The transfer function to draw with. `diagonal` is the length of the diagonal of the mesh's bounds in world units.
+    pub fn function(&self, diagonal: f64) -> TransferFunction {
+        let mut tf = self.base.clone();
+        if self.density != 1.0 {
+            tf.unit_distance = Some(tf.unit_distance_world(diagonal) / self.density);
+        }
+        tf
+    }
+}
+
+impl Settings {
+    /// The view of a viewport of `size` pixels.
+    pub fn view(&self, size: [u32; 2], diagonal: f64) -> View {
+        let settings = RenderSettings { width: size[0], height: size[1], ..self.render };
+        View { camera: self.camera, transfer_function: self.transfer.function(diagonal), settings }
+    }
+}
+
+/// What a component of a vector of `components` numbers is called.
+pub fn component_label(component: Component, components: usize) -> String {
+    match component {
+        Component::Magnitude => "magnitude".into(),
+        Component::Index(i @ 0..3) if components <= 3 => ["x", "y", "z"][i].into(),
+        Component::Index(i) => i.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_are_recognized_and_density_shortens_the_unit_distance() {
+        let mut transfer = Transfer::new(TransferFunction::preset("turbo").expect("a preset"));
+        assert_eq!(transfer.name, "turbo");
+        assert_eq!(transfer.function(100.0), transfer.base, "unchanged, as the command draws it");
+        transfer.density = 4.0;
+        assert_eq!(transfer.function(100.0).unit_distance, Some(0.5));
+        let own = TransferFunction { unit_distance: Some(3.0), ..TransferFunction::standard() };
+        assert_eq!(Transfer::new(own).name, Transfer::FROM_FILE);
+    }
+}

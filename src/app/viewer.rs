@@ -1,0 +1,509 @@
+//! The window: what is open, what is chosen, what is shown, and what is on its way.
+
+use super::jobs::{Job, Polled};
+use super::model::{self, Document, ExactStep, OctreeModel};
+use super::navigate;
+use super::pace::{Pace, divided};
+use super::settings::{Settings, Transfer};
+use super::viewport::Viewport;
+use super::{Options, title};
+use crate::gpu::FrameTime;
+use crate::mesh::FieldSelection;
+use crate::octree::OctreeParams;
+use crate::render::{Renderer, Scene};
+use crate::view::{Camera, RenderSettings, RendererKind, View};
+use anyhow::{Context, Result, anyhow};
+use egui::Key;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How long the view counts as moving after its last change.
+const MOVING: Duration = Duration::from_millis(250);
+
+/// How often a bar moves.
+const BAR: Duration = Duration::from_millis(100);
+
+/// The window's state.
+pub struct Viewer {
+    pub(super) document: Document,
+    pub(super) settings: Settings,
+    pub(super) octree: OctreeStage,
+    pub(super) viewport: Viewport,
+    pub(super) opening: Camera,
+    pub(super) frame_time: Option<FrameTime>,
+    exact: ExactStage,
+    loading: Option<Job<Result<Option<Document>>>>,
+    saving: Option<Job<Result<PathBuf>>>,
+    status: Status,
+    renderer: Arc<Renderer>,
+    pace: Pace,
+    /// Pixels of the picture's place in the window.
+    size: [u32; 2],
+    /// Camera and colours of the frame before, and when they last changed.
+    seen: (Camera, Transfer),
+    moved: Instant,
+    memory_bytes: u64,
+    folder: PathBuf,
+}
+
+/// The numbers of a built octree.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OctreeNumbers {
+    /// Interior cells and full leaves.
+    pub nodes: usize,
+    /// Full leaves by depth, from depth 0.
+    pub leaves_by_depth: Vec<usize>,
+    /// Bytes of the texture.
+    pub bytes: usize,
+}
+
+/// One line for the user.
+#[derive(Default)]
+struct Status {
+    text: String,
+    is_error: bool,
+}
+
+/// What an octree is made from.
+type OctreeKey = (FieldSelection, OctreeParams);
+
+/// What an exact picture is made from.
+type ExactKey = (FieldSelection, View);
+
+/// The octree: being built, built, shown.
+#[derive(Default)]
+pub(super) struct OctreeStage {
+    /// What the last job was started for.
+    key: Option<OctreeKey>,
+    job: Option<Job<Result<OctreeModel>>>,
+    pub model: Option<Arc<OctreeModel>>,
+    /// The view that the picture was marched for; `None` if the model is another since.
+    shown: Option<View>,
+}
+
+/// The exact picture: being linked and drawn, shown.
+#[derive(Default)]
+struct ExactStage {
+    /// What the last job was started for.
+    key: Option<ExactKey>,
+    job: Option<Job<Result<ExactStep>>>,
+    /// Whether the job has given a picture, and whether that was the last.
+    given: bool,
+    complete: bool,
+    /// The linked mesh, for views of this field.
+    scene: Option<(FieldSelection, Arc<Scene>)>,
+}
+
+impl Viewer {
+    /// The window's state before its first frame.
+    pub fn new(creation: &eframe::CreationContext<'_>, options: Options) -> Result<Self> {
+        let window = creation.wgpu_render_state.as_ref().context("the window has no GPU device")?;
+        creation.egui_ctx.set_theme(egui::Theme::Dark);
+        let viewport = Viewport::new(window)?;
+        let renderer = Arc::new(Renderer::on(viewport.context().clone())?);
+        let field = FieldSelection { name: Some(options.array), component: options.component };
+        let settings = Settings {
+            field: field.clone(),
+            params: options.params,
+            camera: options.view.camera,
+            transfer: Transfer::new(options.view.transfer_function),
+            render: RenderSettings { min_transmittance: 1.0 / 512.0, ..options.view.settings },
+        };
+        Ok(Viewer {
+            document: Document { name: options.name, mesh: Arc::new(options.mesh), field },
+            opening: settings.camera,
+            octree: OctreeStage::default(),
+            exact: ExactStage::default(),
+            viewport,
+            frame_time: None,
+            loading: None,
+            saving: None,
+            status: Status::default(),
+            renderer,
+            pace: Pace::default(),
+            size: [0; 2],
+            seen: (settings.camera, settings.transfer.clone()),
+            settings,
+            moved: Instant::now(),
+            memory_bytes: options.memory_bytes,
+            folder: options.folder,
+        })
+    }
+
+    /// The numbers of the octree, once there is one.
+    pub fn octree_numbers(&self) -> Option<OctreeNumbers> {
+        let model = self.octree.model.as_ref()?;
+        Some(OctreeNumbers { nodes: model.nodes, leaves_by_depth: model.leaves_by_depth.clone(), bytes: model.bytes })
+    }
+
+    /// Whether the picture is the one asked for, in full, and nothing is on its way.
+    pub fn is_settled(&self) -> bool {
+        let wanted = self.wanted();
+        let shown = match self.settings.render.renderer {
+            RendererKind::Octree => self.octree.shown.as_ref() == Some(&wanted),
+            RendererKind::Exact => self.exact.complete && self.exact.key == Some((self.settings.field.clone(), self.exact_view())),
+        };
+        shown && !self.viewport.is_marching() && self.activity().is_none()
+    }
+
+    /// The line at the bottom of the window.
+    pub fn status(&self) -> &str {
+        &self.status.text
+    }
+
+    /// Opens another mesh in the background.
+    pub fn open(&mut self, ctx: &egui::Context, path: PathBuf) {
+        let memory_bytes = self.memory_bytes;
+        self.say(format!("opening {}", path.display()));
+        self.loading = Some(Job::start(ctx, move |progress, results| results.give(model::open(&path, memory_bytes, progress).map(Some))));
+    }
+
+    /// Asks for a file, then opens it.
+    pub(super) fn choose_file(&mut self, ctx: &egui::Context) {
+        let dialog = crate::format::FORMATS.iter().fold(rfd::AsyncFileDialog::new(), |d, f| d.add_filter(f.name, f.suffixes));
+        let (answer, memory_bytes) = (dialog.pick_file(), self.memory_bytes);
+        self.loading = Some(Job::start(ctx, move |progress, results| {
+            let opened = pollster::block_on(answer).map(|file| model::open(file.path(), memory_bytes, progress)).transpose();
+            results.give(opened);
+        }));
+    }
+
+    /// Writes the picture as `octetra render` would draw it at the viewport's size.
+    pub(super) fn save_picture(&mut self, ctx: &egui::Context) {
+        let view = self.exact_view();
+        let (renderer, folder, name) = (self.renderer.clone(), self.folder.clone(), self.document.name.clone());
+        let save = move |scene: &Scene, progress: &_| model::save_picture(&renderer, scene, &view, &folder, &name, progress);
+        let job = match (view_kind(&self.settings), self.octree.model.clone(), self.exact.scene.clone()) {
+            (RendererKind::Octree, Some(model), _) => Job::start(ctx, move |progress, results| results.give(save(&model.scene, progress))),
+            (RendererKind::Exact, _, Some((_, scene))) => Job::start(ctx, move |progress, results| results.give(save(&scene, progress))),
+            _ => return self.say("there is no picture yet"),
+        };
+        self.saving = Some(job);
+    }
+
+    /// The job on its way: what it does and how much is done.
+    pub(super) fn activity(&self) -> Option<(&'static str, Option<f32>)> {
+        let named = |(stage, done): (&'static str, Option<f32>)| (if stage.is_empty() { "working" } else { stage }, done);
+        let jobs = [
+            self.loading.as_ref().map(Job::progress),
+            self.octree.job.as_ref().map(Job::progress),
+            self.exact.job.as_ref().map(Job::progress),
+            self.saving.as_ref().map(Job::progress),
+        ];
+        jobs.into_iter().flatten().next().map(named)
+    }
+
+    pub(super) fn is_error(&self) -> bool {
+        self.status.is_error
+    }
+
+    fn say(&mut self, text: impl Into<String>) {
+        self.status = Status { text: text.into(), is_error: false };
+    }
+
+    fn fail(&mut self, error: anyhow::Error) {
+        let text = format!("{error:#}").lines().collect::<Vec<_>>().join(" ");
+        self.status = Status { text, is_error: true };
+    }
+
+    /// The view that fills the viewport.
+    fn wanted(&self) -> View {
+        self.settings.view(self.size, self.document.mesh.bounds().diagonal())
+    }
+
+    /// The same view as it is measured and saved.
+    fn exact_view(&self) -> View {
+        let view = self.wanted();
+        View { settings: RenderSettings { min_transmittance: RenderSettings::new(1, 1).min_transmittance, ..view.settings }, ..view }
+    }
+
+    /// Takes what jobs have given and starts those that the settings ask for.
+    fn run_jobs(&mut self, ctx: &egui::Context) {
+        self.run_loading(ctx);
+        self.run_octree(ctx);
+        self.run_exact(ctx);
+        match self.saving.as_ref().map(Job::poll) {
+            None | Some(Polled::Pending) => {}
+            Some(ended) => {
+                self.saving = None;
+                match outcome(ended) {
+                    Ok(path) => self.say(format!("wrote {}", absolute(&path).display())),
+                    Err(error) => self.fail(error),
+                }
+            }
+        }
+        if self.activity().is_some() {
+            ctx.request_repaint_after(BAR);
+        }
+    }
+
+    fn run_loading(&mut self, ctx: &egui::Context) {
+        let ended = match self.loading.as_ref().map(Job::poll) {
+            None | Some(Polled::Pending) => return,
+            Some(ended) => ended,
+        };
+        self.loading = None;
+        match outcome(ended) {
+            Ok(Some(document)) => self.show_document(ctx, document),
+            Ok(None) => {}
+            Err(error) => self.fail(error),
+        }
+    }
+
+    fn show_document(&mut self, ctx: &egui::Context, document: Document) {
+        ctx.send_viewport_cmd(egui::ViewportCommand::Title(title(&document.name)));
+        self.say(format!("opened {}", document.name));
+        self.opening = Camera::orbit(document.mesh.bounds().translated(document.mesh.center()), 0, 1.0);
+        self.settings.camera = self.opening;
+        self.settings.field = document.field.clone();
+        self.document = document;
+        self.octree = OctreeStage::default();
+        self.exact = ExactStage::default();
+        self.moved = Instant::now();
+    }
+
+    fn run_octree(&mut self, ctx: &egui::Context) {
+        let key = (self.settings.field.clone(), self.settings.params.clone());
+        if view_kind(&self.settings) == RendererKind::Octree && self.octree.key.as_ref() != Some(&key) {
+            let (renderer, mesh, (field, params)) = (self.renderer.clone(), self.document.mesh.clone(), key.clone());
+            self.octree.job = Some(Job::start(ctx, move |progress, results| {
+                results.give(model::build_octree(&renderer, &mesh, &field, &params, progress));
+            }));
+            self.octree.key = Some(key);
+        }
+        let ended = match self.octree.job.as_ref().map(Job::poll) {
+            None | Some(Polled::Pending) => return,
+            Some(ended) => ended,
+        };
+        self.octree.job = None;
+        match outcome(ended) {
+            Ok(model) => {
+                self.octree.model = Some(Arc::new(model));
+                self.octree.shown = None;
+                self.clear_error();
+            }
+            Err(error) => self.fail(error),
+        }
+    }
+
+    /// Marches the octree if the picture is not the one wanted: coarsely while the view moves.
+    fn march(&mut self, ctx: &egui::Context) {
+        match self.viewport.poll() {
+            Ok(Some((size, time))) => {
+                self.pace.add(size, time.gpu_s.unwrap_or(time.wall_s));
+                self.frame_time = Some(time);
+            }
+            Ok(None) => {}
+            Err(error) => self.fail(error.into()),
+        }
+        if self.viewport.is_marching() {
+            return ctx.request_repaint();
+        }
+        if view_kind(&self.settings) != RendererKind::Octree || self.size.contains(&0) {
+            self.octree.shown = None;
+            return;
+        }
+        let Some(model) = self.octree.model.clone() else { return };
+        let moving_for = MOVING.saturating_sub(self.moved.elapsed());
+        let divisor = if moving_for.is_zero() { 1 } else { self.pace.moving_divisor(self.size, self.viewport.is_slow()) };
+        let view = self.wanted();
+        if divisor > 1 {
+            ctx.request_repaint_after(moving_for);
+        }
+        if self.octree.shown.as_ref().is_some_and(|shown| is_fine_enough(shown, &view, divisor)) {
+            return;
+        }
+        let mut drawn = view;
+        [drawn.settings.width, drawn.settings.height] = divided(self.size, divisor);
+        if let Err(error) = self.viewport.march(&self.renderer, &model.scene, &drawn) {
+            self.fail(error.into());
+        }
+        // After an error too: the same march would only fail again.
+        self.octree.shown = Some(drawn);
+        ctx.request_repaint();
+    }
+
+    fn run_exact(&mut self, ctx: &egui::Context) {
+        if view_kind(&self.settings) != RendererKind::Exact {
+            self.exact = ExactStage { scene: self.exact.scene.take(), ..ExactStage::default() };
+            return;
+        }
+        self.take_exact();
+        let key = (self.settings.field.clone(), self.exact_view());
+        if self.size.contains(&0) || self.exact.key.as_ref() == Some(&key) {
+            return;
+        }
+        // A job that has drawn nothing yet goes on, lest a moving view never be seen; one for another field is of no use.
+        let other_field = self.exact.key.as_ref().is_some_and(|(field, _)| *field != key.0);
+        if self.exact.job.is_none() || self.exact.given || other_field {
+            let scene = self.exact.scene.clone().filter(|(field, _)| *field == key.0).map(|(_, scene)| scene);
+            let (renderer, mesh, (field, view)) = (self.renderer.clone(), self.document.mesh.clone(), key.clone());
+            self.exact.job = Some(Job::start(ctx, move |progress, results| {
+                let drawn = model::draw_exact(&renderer, &mesh, &field, scene, &view, progress, |step| results.give(Ok(step)));
+                drawn.unwrap_or_else(|error| results.give(Err(error)));
+            }));
+            (self.exact.key, self.exact.given, self.exact.complete) = (Some(key), false, false);
+        }
+    }
+
+    fn take_exact(&mut self) {
+        while let Some(polled) = self.exact.job.as_ref().map(Job::poll) {
+            match polled {
+                Polled::Pending => return,
+                Polled::Ended => {
+                    self.exact.job = None;
+                    if !(self.exact.complete || self.is_error()) {
+                        self.fail(outcome::<()>(Polled::Ended).expect_err("an end without result"));
+                    }
+                }
+                Polled::Result(Err(error)) => self.fail(error),
+                Polled::Result(Ok(ExactStep::Linked(scene))) => {
+                    self.exact.scene = self.exact.key.as_ref().map(|(field, _)| (field.clone(), scene));
+                }
+                Polled::Result(Ok(ExactStep::Picture { picture, complete })) => {
+                    (self.exact.given, self.exact.complete) = (true, complete);
+                    self.frame_time = Some(FrameTime { wall_s: picture.wall_s, gpu_s: None });
+                    match self.viewport.put(&picture.image) {
+                        Ok(()) => self.clear_error(),
+                        Err(error) => self.fail(error.into()),
+                    }
+                }
+            }
+        }
+    }
+
+    fn clear_error(&mut self) {
+        if self.status.is_error {
+            self.status = Status::default();
+        }
+    }
+
+    /// The picture's place: input, marching, painting.
+    fn picture(&mut self, ui: &mut egui::Ui) {
+        let rect = ui.available_rect_before_wrap();
+        let picture = ui.interact(rect, ui.scope_id().with("picture"), egui::Sense::click_and_drag());
+        picture.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "picture"));
+        let screen = ui.ctx().viewport_rect().size() * ui.ctx().pixels_per_point();
+        let screen = [screen.x.round() as u32, screen.y.round() as u32];
+        let pixels = egui::epaint::ViewportInPixels::from_points(&rect, ui.ctx().pixels_per_point(), screen);
+        self.size = [pixels.width_px, pixels.height_px].map(|n| (n.max(0) as u32).min(self.viewport.longest_side()));
+
+        self.settings.camera = navigate::moved(self.settings.camera, &picture, ui);
+        if self.seen != (self.settings.camera, self.settings.transfer.clone()) {
+            self.seen = (self.settings.camera, self.settings.transfer.clone());
+            self.moved = Instant::now();
+        }
+        self.march(ui.ctx());
+        ui.painter().rect_filled(rect, 0.0, egui::Color32::BLACK);
+        if self.viewport.is_filled() {
+            self.viewport.paint(ui.painter(), rect);
+        }
+    }
+
+    /// The line at the bottom.
+    fn status_line(&self, ui: &mut egui::Ui) {
+        ui.horizontal(|ui| {
+            if let Some((stage, done)) = self.activity() {
+                let bar = egui::ProgressBar::new(done.unwrap_or(0.0)).desired_width(140.0).desired_height(12.0);
+                ui.add(bar).widget_info(|| egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, stage));
+                ui.label(stage);
+            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.weak(format!("{} ({})", self.viewport.context().info.name, self.viewport.context().info.backend));
+                ui.separator();
+                ui.weak(self.frame_label());
+                ui.separator();
+                ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                    let text = egui::RichText::new(self.status());
+                    let text = if self.is_error() { text.color(ui.visuals().error_fg_color) } else { text };
+                    ui.add(egui::Label::new(text).truncate()).on_hover_text(self.status());
+                });
+            });
+        });
+    }
+
+    fn frame_label(&self) -> String {
+        match self.frame_time {
+            Some(FrameTime { gpu_s: Some(s), .. }) => format!("frame {:.2} ms on the GPU", s * 1e3),
+            Some(FrameTime { wall_s, gpu_s: None }) => format!("frame {:.0} ms", wall_s * 1e3),
+            None => "no frame yet".into(),
+        }
+    }
+
+    fn keys(&mut self, ctx: &egui::Context) {
+        if ctx.egui_wants_keyboard_input() {
+            return;
+        }
+        let pressed = |key| ctx.input(|input| input.key_pressed(key));
+        if pressed(Key::S) {
+            self.save_picture(ctx);
+        }
+        if pressed(Key::O) && ctx.input(|input| input.modifiers.command) {
+            self.choose_file(ctx);
+        }
+        if pressed(Key::R) {
+            self.fit();
+        }
+        for (_, key, forward, up) in navigate::AXES {
+            if pressed(key) {
+                self.face(forward, up);
+            }
+        }
+        let dropped = ctx.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
+        if let Some(path) = dropped {
+            self.open(ctx, path);
+        }
+    }
+
+    /// Shows all of the mesh from the same direction.
+    pub(super) fn fit(&mut self) {
+        let mesh = &self.document.mesh;
+        let aspect = f64::from(self.size[0].max(1)) / f64::from(self.size[1].max(1));
+        self.settings.camera = self.settings.camera.fitted(mesh.bounds().translated(mesh.center()), aspect);
+    }
+
+    /// Looks along an axis at all of the mesh.
+    pub(super) fn face(&mut self, forward: glam::DVec3, up: glam::DVec3) {
+        self.settings.camera = self.settings.camera.facing(forward, up);
+        self.fit();
+    }
+}
+
+impl eframe::App for Viewer {
+    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        let ctx = ui.ctx().clone();
+        self.keys(&ctx);
+        egui::Panel::left("controls").exact_size(300.0).resizable(false).show(ui, |ui| {
+            egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.panel(ui));
+        });
+        egui::Panel::bottom("status").exact_size(24.0).resizable(false).show(ui, |ui| self.status_line(ui));
+        self.run_jobs(&ctx);
+        egui::CentralPanel::no_frame().show(ui, |ui| self.picture(ui));
+    }
+}
+
+fn view_kind(settings: &Settings) -> RendererKind {
+    settings.render.renderer
+}
+
+/// The one result of a job that has ended.
+fn outcome<T>(polled: Polled<Result<T>>) -> Result<T> {
+    match polled {
+        Polled::Result(result) => result,
+        _ => Err(anyhow!("the work in the background broke off, a fault of octetra")),
+    }
+}
+
+/// Whether a picture shown is the one wanted, at the size wanted divided by at most `divisor`.
+fn is_fine_enough(shown: &View, wanted: &View, divisor: u32) -> bool {
+    let [width, height] = divided([wanted.settings.width, wanted.settings.height], divisor);
+    let large = shown.settings.width >= width && shown.settings.height >= height;
+    let settings = RenderSettings { width: wanted.settings.width, height: wanted.settings.height, ..shown.settings };
+    let full = divisor > 1 || (shown.settings.width, shown.settings.height) == (width, height);
+    large && full && settings == wanted.settings && shown.camera == wanted.camera && shown.transfer_function == wanted.transfer_function
+}
+
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
+}

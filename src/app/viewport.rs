@@ -1,0 +1,168 @@
+//! The picture inside the window, `shaders/viewport.wgsl`: a target that the GPU marches into, and a paint callback that shows it. Nothing
+//! is read back.
+
+use crate::gpu::{Context, FrameTime, GpuError, InFlight, Target, device_descriptor, shader};
+use crate::image::Image;
+use crate::render::{RenderError, Renderer, Scene};
+use crate::view::View;
+use egui_wgpu::wgpu;
+use std::sync::Arc;
+
+/// What shows pictures of one window.
+pub struct Viewport {
+    context: Context,
+    pipeline: wgpu::RenderPipeline,
+    target: Target,
+    image: wgpu::BindGroup,
+    in_flight: Option<InFlight>,
+    filled: bool,
+}
+
+/// How eframe is to open its device: as the command does, with all the adapter's limits.
+pub fn wgpu_setup() -> egui_wgpu::WgpuSetup {
+    let mut setup = egui_wgpu::WgpuSetupCreateNew::without_display_handle();
+    setup.device_descriptor = Arc::new(device_descriptor);
+    egui_wgpu::WgpuSetup::CreateNew(setup)
+}
+
+impl Viewport {
+    /// A viewport on the window's device.
+    pub fn new(window: &egui_wgpu::RenderState) -> Result<Self, GpuError> {
+        let context = Context::from_parts(&window.adapter, window.device.clone(), window.queue.clone());
+        let target = Target::new(&context, 1, 1)?;
+        let pipeline = pipeline(&context.device, window.target_format);
+        let image = bind(&context.device, &pipeline, &target);
+        Ok(Viewport { context, pipeline, target, image, in_flight: None, filled: false })
+    }
+
+    /// The window's device.
+    pub fn context(&self) -> &Context {
+        &self.context
+    }
+
+    /// The longest side that a picture can have.
+    pub fn longest_side(&self) -> u32 {
+        self.context.device.limits().max_texture_dimension_2d
+    }
+
+    /// Whether the adapter computes on the CPU.
+    pub fn is_slow(&self) -> bool {
+        self.context.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// Whether there is a picture to show.
+    pub fn is_filled(&self) -> bool {
+        self.filled
+    }
+
+    /// Whether a march was submitted and is not seen to be done.
+    pub fn is_marching(&self) -> bool {
+        self.in_flight.is_some()
+    }
+
+    /// Size of the picture, and its time if it has just got done.
+    pub fn poll(&mut self) -> Result<Option<([u32; 2], FrameTime)>, GpuError> {
+        if let Some(error) = self.context.take_error() {
+            return Err(error);
+        }
+        let Some(in_flight) = &self.in_flight else { return Ok(None) };
+        let done = in_flight.poll(&self.context);
+        if !matches!(done, Ok(None)) {
+            self.in_flight = None;
+        }
+        Ok(done?.map(|time| (self.target.size(), time)))
+    }
+
+    /// Starts the march of an octree scene. Its picture replaces the one before.
+    pub fn march(&mut self, renderer: &Renderer, scene: &Scene, view: &View) -> Result<(), RenderError> {
+        self.resize([view.settings.width, view.settings.height])?;
+        self.in_flight = renderer.march(scene, view, &self.target)?;
+        self.filled = true;
+        Ok(())
+    }
+
+    /// Shows an image that was made elsewhere.
+    pub fn put(&mut self, image: &Image) -> Result<(), GpuError> {
+        self.resize([image.width, image.height])?;
+        self.target.write(&self.context, image)?;
+        self.filled = true;
+        Ok(())
+    }
+
+    fn resize(&mut self, [width, height]: [u32; 2]) -> Result<(), GpuError> {
+        if self.target.resize(&self.context, width, height)? {
+            self.image = bind(&self.context.device, &self.pipeline, &self.target);
+        }
+        Ok(())
+    }
+
+    /// Paints the picture over `rect`, stretched if its size is another.
+    pub fn paint(&self, painter: &egui::Painter, rect: egui::Rect) {
+        let blit = Blit { pipeline: self.pipeline.clone(), image: self.image.clone() };
+        painter.add(egui_wgpu::Callback::new_paint_callback(rect, blit));
+    }
+}
+
+/// One painting of the picture.
+struct Blit {
+    pipeline: wgpu::RenderPipeline,
+    image: wgpu::BindGroup,
+}
+
+impl egui_wgpu::CallbackTrait for Blit {
+    fn paint(&self, _: egui::PaintCallbackInfo, pass: &mut wgpu::RenderPass<'static>, _: &egui_wgpu::CallbackResources) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.image, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+fn pipeline(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::RenderPipeline {
+    let label = Some("viewport");
+    let source = wgpu::ShaderSource::Wgsl(shader::source("viewport.wgsl", shader::NodeStorage::Buffer).into());
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
+    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label,
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            count: None,
+        }],
+    });
+    let layout =
+        device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor { label, bind_group_layouts: &[Some(&layout)], immediate_size: 0 });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label,
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("cover"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: None,
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("show"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+fn bind(device: &wgpu::Device, pipeline: &wgpu::RenderPipeline, target: &Target) -> wgpu::BindGroup {
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("viewport"),
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(target.view()) }],
+    })
+}

@@ -1,0 +1,169 @@
+//! The window as a user meets it, without a display: a small ball is opened, looked at, rebuilt, drawn exactly and saved.
+
+use egui::accesskit::Role;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use octetra::app::{Options, Viewer, wgpu_setup};
+use octetra::mesh::generate::{Shape, plan};
+use octetra::mesh::{Component, FieldSelection, ScalarField, TetMesh, collect};
+use octetra::octree::OctreeParams;
+use octetra::view::{Camera, RenderSettings, TransferFunction, View};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+const SIZE: egui::Vec2 = egui::vec2(640.0, 420.0);
+
+/// Where the picture is: right of the panel, above the status line.
+const PICTURE: [std::ops::Range<u32>; 2] = [300..640, 0..396];
+
+type Window = Harness<'static, Viewer>;
+
+fn ball() -> TetMesh {
+    collect(&*plan(Shape::Ball, Some(6 * 12 * 12 * 12)).expect("a size that can be made")).expect("a valid mesh")
+}
+
+fn options(folder: &Path) -> Options {
+    let mesh = ball();
+    let array = ScalarField::select(&mesh, &FieldSelection::default()).expect("a ball has a field").name;
+    let camera = Camera::orbit(mesh.bounds().translated(mesh.center()), 0, 1.2);
+    let transfer_function = TransferFunction::preset("viridis").expect("a preset");
+    Options {
+        name: "ball".into(),
+        mesh,
+        array,
+        component: Component::Magnitude,
+        view: View { camera, transfer_function, settings: RenderSettings::new(64, 64) },
+        params: OctreeParams { max_depth: 5, ..OctreeParams::default() },
+        memory_bytes: 1 << 30,
+        folder: folder.to_owned(),
+    }
+}
+
+fn open(folder: &Path) -> Window {
+    let options = options(folder);
+    let builder = Harness::builder().with_size(SIZE).with_render_cursor(false).wgpu_setup(wgpu_setup());
+    let mut window = builder.build_eframe(|creation| Viewer::new(creation, options).expect("a window"));
+    settle(&mut window);
+    window
+}
+
+/// Goes on until the picture is the one asked for.
+fn settle(window: &mut Window) {
+    let start = Instant::now();
+    loop {
+        window.step();
+        window.step();
+        if window.state().is_settled() {
+            return;
+        }
+        assert!(start.elapsed() < Duration::from_secs(60), "the window never comes to rest: {}", window.state().status());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// The picture's bytes, row by row.
+fn picture(window: &mut Window) -> Vec<[u8; 3]> {
+    let image = window.render().expect("a frame");
+    let [columns, rows] = PICTURE;
+    rows.flat_map(|y| columns.clone().map(move |x| (x, y))).map(|(x, y)| image.get_pixel(x, y).0).map(|[r, g, b, _]| [r, g, b]).collect()
+}
+
+/// Root mean square difference of two pictures, in levels of 255.
+fn rms(a: &[[u8; 3]], b: &[[u8; 3]]) -> f64 {
+    let squares = a.as_flattened().iter().zip(b.as_flattened()).map(|(&a, &b)| (f64::from(a) - f64::from(b)).powi(2));
+    (squares.sum::<f64>() / (3 * a.len()) as f64).sqrt()
+}
+
+fn nodes(window: &Window) -> usize {
+    window.state().octree_numbers().expect("an octree").nodes
+}
+
+#[test]
+fn it_opens_on_a_picture_and_its_numbers() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut window = open(folder.path());
+    let shown = picture(&mut window);
+    let [width, height] = PICTURE.map(|r| r.len());
+    assert!(shown[width * (height / 2) + width / 2].iter().any(|&v| v > 40), "the middle of the ball is not black");
+    assert_eq!(shown[3], [0; 3], "beside the ball there is nothing");
+    let nodes = nodes(&window);
+    let label = if nodes < 1000 { nodes.to_string() } else { format!("{} {:03}", nodes / 1000, nodes % 1000) };
+    window.get_by_role_and_label(Role::Label, &label);
+    window.get_by_label("Leaves by depth");
+}
+
+#[test]
+fn a_threshold_rebuilds_the_octree() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut window = open(folder.path());
+    let before = nodes(&window);
+    let slider = window.get_by_role_and_label(Role::Slider, "Max depth");
+    slider.focus();
+    window.step();
+    window.key_press(egui::Key::ArrowRight);
+    settle(&mut window);
+    assert!(nodes(&window) > before, "depth 6 has more nodes than depth 5's {before}");
+}
+
+#[test]
+fn exact_looks_like_the_octree() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut window = open(folder.path());
+    let octree = picture(&mut window);
+    window.get_by_label("exact").click();
+    settle(&mut window);
+    let exact = picture(&mut window);
+    let difference = rms(&octree, &exact);
+    assert!(difference > 0.0 && difference < 12.0, "{difference} levels");
+    window.get_by_label("octree").click();
+    settle(&mut window);
+    assert_eq!(picture(&mut window), octree, "and back again");
+}
+
+#[test]
+fn dragging_turns_and_fitting_keeps_the_direction() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut window = open(folder.path());
+    let before = picture(&mut window);
+    window.drag_at(egui::pos2(500.0, 200.0));
+    window.step();
+    window.hover_at(egui::pos2(560.0, 150.0));
+    window.step();
+    window.drop_at(egui::pos2(560.0, 150.0));
+    settle(&mut window);
+    let turned = picture(&mut window);
+    assert!(rms(&before, &turned) > 0.5, "the lattice of the ball turns");
+    window.get_by_label("Start").click();
+    settle(&mut window);
+    assert_eq!(picture(&mut window), before);
+}
+
+#[test]
+fn a_screenshot_has_the_bytes_of_the_window() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut window = open(folder.path());
+    for name in ["ball_00.png", "ball_01.png"] {
+        window.get_by_label("Screenshot").click();
+        settle(&mut window);
+        assert!(window.state().status().ends_with(name), "{}", window.state().status());
+    }
+    let saved = image::open(folder.path().join("ball_01.png")).expect("a PNG").into_rgb8();
+    let shown = picture(&mut window);
+    assert_eq!([saved.width() as usize, saved.height() as usize], PICTURE.map(|r| r.len()));
+    let worst = saved.pixels().zip(&shown).map(|(a, b)| (0..3).map(|c| a.0[c].abs_diff(b[c])).max()).max().flatten();
+    assert!(worst.is_some_and(|w| w <= 1), "rays stop at 1/4096 in the file and at 1/512 in the window: {worst:?}");
+}
+
+#[test]
+fn what_cannot_be_opened_is_said_and_the_mesh_stays() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("broken.vtu");
+    std::fs::write(&path, "<VTKFile type=\"UnstructuredGrid\">").expect("written");
+    let mut window = open(folder.path());
+    let before = picture(&mut window);
+    let ctx = window.ctx.clone();
+    window.state_mut().open(&ctx, path);
+    settle(&mut window);
+    assert!(window.state().status().contains("broken.vtu"), "{}", window.state().status());
+    assert_eq!(picture(&mut window), before);
+}
