@@ -32,12 +32,12 @@ fn march(ray: Ray, light: ptr<function, Light>) -> u32 {
     var at = cell_at(ray, t, Cell(vec3<u32>(0u), cells), cells);
     loop {
         let found = find(at);
-        let leaving = exits(ray, found.cell, cells);
+        let leaving = exits(ray, found.cell);
         let t_exit = min(leaving.x, min(leaving.y, leaving.z));
         let t_next = max(min(t_exit, ray.t_out), t);
         if (found.word != EMPTY) {
             samples += 1u;
-            add_constant(light, leaf_value(found.word), t_next - t);
+            add_constant(light, leaf_value(found.word), (t_next - t) * ray.length);
             if ((*light).transmittance < frame.min_transmittance) { break; }
         }
         at = step_out(ray, found.cell, leaving, t_exit, cells);

@@ -10,7 +10,7 @@
 
 // No ray looks up more cells: only steps far below any leaf's size could.
 const MAX_LOOKUPS: u32 = 4194304u;
-// The shortest step in cube edges. With t below 2, f32 still tells apart the two ends of such a step.
+// The shortest step in t. With t below 2, f32 still tells apart the two ends of such a step.
 const MIN_STEP: f32 = 9.5367431640625e-7;
 
 // Lane i of a workgroup marches pixel (i mod tile, i / tile) of a square tile.
@@ -35,9 +35,14 @@ struct Sample {
     step_depth: u32,
 }
 
+// L_s in a ray's t, within 2^-11 of it.
+fn step_along(ray: Ray) -> f32 {
+    return frame.step * inverse_length(ray);
+}
+
 // The step at a depth, L(d) = L_s / 2^(d-1).
-fn step_at(depth: u32) -> f32 {
-    return max(frame.step / f32(1u << (depth - 1u)), MIN_STEP);
+fn step_at(step: f32, depth: u32) -> f32 {
+    return max(ldexp(step, 1 - i32(depth)), MIN_STEP);
 }
 
 // Samples a ray with the step of the leaves it meets; returns the number of full leaves looked up.
@@ -45,6 +50,7 @@ fn march(ray: Ray, light: ptr<function, Light>) -> u32 {
     var samples = 0u;
     let cells = grid_cells();
     let root = Cell(vec3<u32>(0u), cells);
+    let step = step_along(ray);
     start_descent();
     var last = Sample(0.0, 0.0, 0u);
     var t = 0.0;
@@ -54,11 +60,11 @@ fn march(ray: Ray, light: ptr<function, Light>) -> u32 {
         if (found.word == EMPTY) {
             // Empty: the run ends where the ray entered this cell, and the next begins beyond it.
             if (last.step_depth != 0u) {
-                let end = max(min(entry(ray, found.cell, cells), t), last.t);
-                add_constant(light, last.value, end - last.t);
+                let end = max(min(entry(ray, found.cell), t), last.t);
+                add_constant(light, last.value, (end - last.t) * ray.length);
                 last.step_depth = 0u;
             }
-            let leaving = exits(ray, found.cell, cells);
+            let leaving = exits(ray, found.cell);
             let t_exit = min(leaving.x, min(leaving.y, leaving.z));
             at = step_out(ray, found.cell, leaving, t_exit, cells);
             if (any(at >= vec3<u32>(cells))) { break; }
@@ -73,14 +79,14 @@ fn march(ray: Ray, light: ptr<function, Light>) -> u32 {
             last.step_depth = depth;
         } else {
             if (last.step_depth != 0u) {
-                add_linear(light, last.value, value, t - last.t);
+                add_linear(light, last.value, value, (t - last.t) * ray.length);
                 if ((*light).transmittance < frame.min_transmittance) { break; }
             }
             last = Sample(t, value, depth);
         }
-        t = last.t + step_at(last.step_depth);
+        t = last.t + step_at(step, last.step_depth);
         if (t >= ray.t_out) {
-            add_constant(light, last.value, ray.t_out - last.t);
+            add_constant(light, last.value, (ray.t_out - last.t) * ray.length);
             break;
         }
         at = cell_at(ray, t, root, cells);

@@ -70,7 +70,8 @@ fn structs_mirror_their_shaders() {
             step,
             up,
             depth,
-            pixel_size
+            pixel_size,
+            cell_edge
         }),
         mirror!(Knot { color, extinction, value, inverse_width }),
         mirror!(Counter { low, high }),

@@ -10,6 +10,7 @@ const FAR: f32 = 1e30;
 struct Ray {
     origin: vec3<f32>,
     direction: vec3<f32>,
+    length: f32,
     inverse: vec3<f32>,
     t_out: f32,
 }
@@ -20,11 +21,17 @@ struct Cell {
     size: u32,
 }
 
+// 1 / x after a step of Newton's method, which makes of an approximate quotient the nearest f32.
+fn reciprocal(x: vec3<f32>) -> vec3<f32> {
+    let r = 1.0 / x;
+    return r + r * mul_add(-x, r, vec3<f32>(1.0));
+}
+
 // Cuts a ray to the root cube.
 fn enter(ray: CubeRay) -> Ray {
     let parallel = abs(ray.direction) < vec3<f32>(PARALLEL);
     let direction = select(ray.direction, vec3<f32>(0.0), parallel);
-    let inverse = 1.0 / select(direction, vec3<f32>(1.0 / FAR), parallel);
+    let inverse = reciprocal(select(direction, vec3<f32>(1.0 / FAR), parallel));
 
     let to_low = -ray.origin * inverse;
     let to_high = (1.0 - ray.origin) * inverse;
@@ -35,31 +42,48 @@ fn enter(ray: CubeRay) -> Ray {
     let beside = any(parallel & ((ray.origin < vec3<f32>(0.0)) | (ray.origin >= vec3<f32>(1.0))));
 
     // From here on t counts from the entry: it keeps its precision however far the eye is.
-    let origin = ray.origin + direction * near;
+    let origin = mul_add(direction, vec3<f32>(near), ray.origin);
     let side = select(vec3<f32>(0.0), vec3<f32>(1.0), direction >= vec3<f32>(0.0));
     let leaving = (side - origin) * inverse;
     let t_out = max(min(leaving.x, min(leaving.y, leaving.z)), 0.0);
-    return Ray(origin, direction, inverse, select(t_out, 0.0, beside || near >= far));
+    return Ray(origin, direction, ray.length, inverse, select(t_out, 0.0, beside || near >= far));
+}
+
+// 1 / |direction| within 2^-11, the same on every processor: the largest number of 12 bits that is at most the one asked for, of the
+// direction's highest 12 bits. All products are exact; an approximate square root would place all samples of a ray differently.
+fn inverse_length(ray: Ray) -> f32 {
+    const LAST_BIT = 0x1000u;
+    let d = high_bits(ray.direction);
+    let squared = d.x * d.x + d.y * d.y + d.z * d.z;
+    let low = bitcast<u32>(inverseSqrt(squared)) & ~(LAST_BIT - 1u);
+    if (is_at_most_inverse_root(low + LAST_BIT, squared)) { return bitcast<f32>(low + LAST_BIT); }
+    if (is_at_most_inverse_root(low, squared)) { return bitcast<f32>(low); }
+    return bitcast<f32>(low - LAST_BIT);
+}
+
+fn is_at_most_inverse_root(bits: u32, squared: f32) -> bool {
+    let k = bitcast<f32>(bits);
+    return mul_add(vec3<f32>(k * k), vec3<f32>(squared), vec3<f32>(-1.0)).x <= 0.0;
 }
 
 // Coordinates of the finest cell at t, clamped to a cell.
 fn cell_at(ray: Ray, t: f32, within: Cell, cells: u32) -> vec3<u32> {
-    let position = (ray.origin + ray.direction * t) * f32(cells);
+    let position = mul_add(ray.direction, vec3<f32>(t), ray.origin) * f32(cells);
     return clamp(vec3<u32>(max(position, vec3<f32>(0.0))), within.low, within.low + (within.size - 1u));
 }
 
 // t of the planes through which the ray enters a cell, the last of them.
-fn entry(ray: Ray, cell: Cell, cells: u32) -> f32 {
+fn entry(ray: Ray, cell: Cell) -> f32 {
     let low = vec3<f32>(select(cell.low + cell.size, cell.low, ray.direction >= vec3<f32>(0.0)));
-    let t = (low / f32(cells) - ray.origin) * ray.inverse;
+    let t = (low * frame.cell_edge - ray.origin) * ray.inverse;
     let nears = select(t, vec3<f32>(-FAR), ray.direction == vec3<f32>(0.0));
     return max(nears.x, max(nears.y, nears.z));
 }
 
 // t of the planes through which the ray leaves a cell, per axis.
-fn exits(ray: Ray, cell: Cell, cells: u32) -> vec3<f32> {
+fn exits(ray: Ray, cell: Cell) -> vec3<f32> {
     let high = vec3<f32>(select(cell.low, cell.low + cell.size, ray.direction >= vec3<f32>(0.0)));
-    return (high / f32(cells) - ray.origin) * ray.inverse;
+    return (high * frame.cell_edge - ray.origin) * ray.inverse;
 }
 
 // Coordinates of the finest cell beyond the face through which the ray leaves a cell; at `cells` or wrapped below 0 once outside.

@@ -22,7 +22,7 @@ pub(super) fn march(scene: &Scene, ray: &Ray) -> (Light, u32) {
         let t_next = t_exit.min(ray.t_out).max(t);
         if word.0 != 0 {
             samples += 1;
-            light.add_constant(scene.table, word.value(), t_next - t);
+            light.add_constant(scene.table, word.value(), (t_next - t) * ray.length);
             if light.transmittance < scene.min_transmittance {
                 break;
             }

@@ -2,7 +2,7 @@
 
 use super::descent::Descent;
 use super::ray::{Cell, Ray};
-use super::{MAX_LOOKUPS, Scene};
+use super::{MAX_LOOKUPS, Scene, step_at};
 use crate::optics::Light;
 
 /// The last sample of a run.
@@ -19,6 +19,7 @@ struct Sample {
 pub(super) fn march(scene: &Scene, ray: &Ray) -> (Light, u32) {
     let mut descent = Descent::new(scene.texture);
     let cells = descent.cells();
+    let step = scene.step_along(ray);
     let mut light = Light::default();
     let mut samples = 0;
     let mut run: Option<Sample> = None;
@@ -30,7 +31,7 @@ pub(super) fn march(scene: &Scene, ray: &Ray) -> (Light, u32) {
             // Empty: the run ends where the ray entered this cell, and the next begins beyond it.
             if let Some(last) = run.take() {
                 let end = ray.entry(cell, cells).min(t).max(last.t);
-                light.add_constant(scene.table, last.value, end - last.t);
+                light.add_constant(scene.table, last.value, (end - last.t) * ray.length);
             }
             let exits = ray.exits(cell, cells);
             let t_exit = exits.min_element();
@@ -48,7 +49,7 @@ pub(super) fn march(scene: &Scene, ray: &Ray) -> (Light, u32) {
             Some(last) if depth > last.step_depth => Some(Sample { step_depth: depth, ..last }),
             last => {
                 if let Some(last) = last {
-                    light.add_linear(scene.table, last.value, value, t - last.t);
+                    light.add_linear(scene.table, last.value, value, (t - last.t) * ray.length);
                     if light.transmittance < scene.min_transmittance {
                         return (light, samples);
                     }
@@ -57,9 +58,9 @@ pub(super) fn march(scene: &Scene, ray: &Ray) -> (Light, u32) {
             }
         };
         if let Some(last) = &run {
-            t = last.t + scene.step_at(last.step_depth);
+            t = last.t + step_at(step, last.step_depth);
             if t >= ray.t_out {
-                light.add_constant(scene.table, last.value, ray.t_out - last.t);
+                light.add_constant(scene.table, last.value, (ray.t_out - last.t) * ray.length);
                 return (light, samples);
             }
         }

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 /// No ray looks up more cells: only steps far below any leaf's size could.
 pub const MAX_LOOKUPS: u32 = 1 << 22;
-/// The shortest step in cube edges. With t below 2, f32 still tells apart the two ends of such a step.
+/// The shortest step in t. With t below 2, f32 still tells apart the two ends of such a step.
 pub const MIN_STEP: f32 = 1.0 / 1_048_576.0;
 
 /// What a march gives.
@@ -42,10 +42,15 @@ struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// The step at a depth, `L(d) = L_s / 2^(d-1)`, equation (2) of method 1.4.
-    fn step_at(&self, depth: u32) -> f32 {
-        (self.step / (1u32 << (depth - 1)) as f32).max(MIN_STEP)
+    /// L_s in a ray's t, within 2^-11 of it.
+    fn step_along(&self, ray: &Ray) -> f32 {
+        self.step * ray.inverse_length()
     }
+}
+
+/// The step at a depth, `L(d) = L_s / 2^(d-1)`, equation (2) of method 1.4.
+fn step_at(step: f32, depth: u32) -> f32 {
+    (step / (1u32 << (depth - 1)) as f32).max(MIN_STEP)
 }
 
 /// Marches the octree texture along every ray of `frame` by the rule `settings.steps`, row by row on all threads; the result does not

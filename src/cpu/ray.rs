@@ -4,7 +4,7 @@
 //! cell the ray goes to the neighbour beyond the face where it leaves, by integer arithmetic: whatever rounding does to positions, no
 //! cell is missed or visited twice, and each step leaves another face behind, so the walk ends.
 
-use crate::view::CubeRay;
+use crate::view::{CubeRay, high_bits, mul_add};
 use glam::{UVec3, Vec3};
 
 /// Direction components smaller than this are taken as 0: over the cube they move a ray by less than f32 can tell.
@@ -16,9 +16,11 @@ pub const FAR: f32 = 1e30;
 pub(super) struct Ray {
     pub origin: Vec3,
     pub direction: Vec3,
+    /// Cube edges per unit of t.
+    pub length: f32,
     /// 1 / direction; [`FAR`] where that is 0.
     pub inverse: Vec3,
-    /// Where it leaves the cube, in cube edges; 0 if it misses.
+    /// Where it leaves the cube; 0 if it misses.
     pub t_out: f32,
 }
 
@@ -29,12 +31,19 @@ pub(super) struct Cell {
     pub size: u32,
 }
 
+/// 1 / x after a step of Newton's method, which makes of a GPU's approximate quotient the nearest f32.
+fn reciprocal(x: Vec3) -> Vec3 {
+    let r = 1.0 / x;
+    let error = |x: f32, r: f32| mul_add(Vec3::splat(-x), r, Vec3::ONE).x;
+    r + r * Vec3::new(error(x.x, r.x), error(x.y, r.y), error(x.z, r.z))
+}
+
 impl Ray {
     /// Cuts a ray to the root cube.
     pub fn enter(ray: CubeRay) -> Ray {
         let parallel = ray.direction.abs().cmplt(Vec3::splat(PARALLEL));
         let direction = Vec3::select(parallel, Vec3::ZERO, ray.direction);
-        let inverse = 1.0 / Vec3::select(parallel, Vec3::splat(1.0 / FAR), direction);
+        let inverse = reciprocal(Vec3::select(parallel, Vec3::splat(1.0 / FAR), direction));
 
         let (to_low, to_high) = (-ray.origin * inverse, (1.0 - ray.origin) * inverse);
         let near = Vec3::select(parallel, Vec3::splat(-FAR), to_low.min(to_high)).max_element().max(ray.t_eye);
@@ -43,15 +52,35 @@ impl Ray {
         let misses = beside.any() || near >= far;
 
         // From here on t counts from the entry: it keeps its precision however far the eye is.
-        let origin = ray.origin + direction * near;
+        let origin = mul_add(direction, near, ray.origin);
         let side = Vec3::select(direction.cmpge(Vec3::ZERO), Vec3::ONE, Vec3::ZERO);
         let t_out = ((side - origin) * inverse).min_element();
-        Ray { origin, direction, inverse, t_out: if misses { 0.0 } else { t_out.max(0.0) } }
+        Ray { origin, direction, length: ray.length, inverse, t_out: if misses { 0.0 } else { t_out.max(0.0) } }
+    }
+
+    /// 1 / |direction| within 2^-11, the same on every processor: the largest number of 12 bits that is at most the one asked for, of the
+    /// direction's highest 12 bits. All products are exact; an approximate square root would place all samples of a ray differently.
+    pub fn inverse_length(&self) -> f32 {
+        const LAST_BIT: u32 = 0x1000;
+        let d = high_bits(self.direction);
+        let squared = d.x * d.x + d.y * d.y + d.z * d.z;
+        let low = (1.0 / squared.sqrt()).to_bits() & !(LAST_BIT - 1);
+        let fits = |bits: u32| {
+            let k = f32::from_bits(bits);
+            mul_add(Vec3::splat(k * k), squared, Vec3::NEG_ONE).x <= 0.0
+        };
+        f32::from_bits(if fits(low + LAST_BIT) {
+            low + LAST_BIT
+        } else if fits(low) {
+            low
+        } else {
+            low - LAST_BIT
+        })
     }
 
     /// Coordinates of the finest cell at `t`, clamped to a cell.
     pub fn cell_at(&self, t: f32, within: Cell, cells: u32) -> UVec3 {
-        let position = (self.origin + self.direction * t) * cells as f32;
+        let position = mul_add(self.direction, t, self.origin) * cells as f32;
         position.max(Vec3::ZERO).as_uvec3().clamp(within.low, within.low + (within.size - 1))
     }
 

@@ -35,8 +35,10 @@ pub struct Frame {
     pub depth: u32,
     /// Units of x and y per pixel.
     pub pixel_size: [f32; 2],
+    /// Edge of a cell of the deepest level.
+    pub cell_edge: f32,
     /// Fills the struct to a multiple of 16 bytes.
-    pub _pad: [f32; 2],
+    pub _pad: f32,
 }
 
 /// The number of samples of an image: `Counter` in `shaders/shared/output.wgsl`.
@@ -67,7 +69,8 @@ impl Frame {
             up: rays.up.to_array(),
             depth: u32::from(depth).max(1),
             pixel_size: rays.pixel_size(),
-            _pad: [0.0; 2],
+            cell_edge: 1.0 / (1u32 << depth.max(1)) as f32,
+            _pad: 0.0,
         }
     }
 }

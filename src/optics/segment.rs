@@ -29,7 +29,7 @@ pub fn segment(a: f32, b: f32) -> Weights {
     let alpha = em1(mean);
     let front = if mean <= 0.5 {
         // 4-point Gauss-Legendre on [0, 1].
-        const U: [f32; 4] = [0.069_431_84, 0.330_009_48, 0.669_990_5, 0.930_568_16];
+        const U: [f32; 4] = [0.069_431_84, 0.330_009_5, 0.669_990_5, 0.930_568_16];
         const W: [f32; 4] = [0.173_927_42, 0.326_072_58, 0.326_072_58, 0.173_927_42];
         let part = |i: usize| W[i] * em1(depth_to(U[i], a, b));
         part(0) + part(1) + part(2) + part(3)

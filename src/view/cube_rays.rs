@@ -4,11 +4,11 @@ use super::RayFrame;
 use glam::{DVec3, Vec3};
 
 /// A [`RayFrame`] in the units of a cube, which is [0, 1)^3, in f32: `origin + x right_origin + y up_origin`, direction
-/// `normalize(forward + x right + y up)`.
+/// `forward + x right + y up`.
 ///
 /// In f32 a far eye would lose what lies behind the point: 1e6 cube edges away, positions come in steps of a sixteenth of the cube.
 /// Therefore rays do not start at the eye but where they cross the plane through the cube's centre that faces the eye. That plane is
-/// found in f64, and the eye lies `eye_distance |forward + x right + y up|` before it.
+/// found in f64, and the eye is where t is `-eye_distance`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CubeRays {
     /// Where the middle ray crosses the centre plane.
@@ -34,10 +34,26 @@ pub struct CubeRays {
 pub struct CubeRay {
     /// The point at t = 0.
     pub origin: Vec3,
-    /// Unit direction, so that t is a length in cube edges.
+    /// Not normalised, so that no rounded square root moves the points of a ray.
     pub direction: Vec3,
+    /// Length of the direction: cube edges per unit of t.
+    pub length: f32,
     /// The eye's t: nothing before it is seen.
     pub t_eye: f32,
+}
+
+/// `a b + c` with the same bits on every processor. A compiler may fuse a product with a sum and so round once where another rounds
+/// twice; products of 12-bit halves are exact, which leaves nothing to fuse. What is sampled then never depends on where a ray is
+/// followed.
+pub fn mul_add(a: Vec3, b: f32, c: Vec3) -> Vec3 {
+    let (a_high, b_high) = (high_bits(a), high_bits(Vec3::splat(b)).x);
+    let (a_low, b_low) = (a - a_high, b - b_high);
+    c + a_high * b_high + a_high * b_low + a_low * b_high + a_low * b_low
+}
+
+/// The highest 12 bits of each number; the rest is exactly 12 bits more.
+pub fn high_bits(x: Vec3) -> Vec3 {
+    Vec3::from(x.to_array().map(|x| f32::from_bits(x.to_bits() & 0xffff_f000)))
 }
 
 impl CubeRays {
@@ -65,15 +81,12 @@ impl CubeRays {
     /// The ray through the centre of pixel (column, row), row 0 at the top.
     pub fn ray(&self, column: u32, row: u32) -> CubeRay {
         let [width, height] = self.pixel_size();
-        let x = (column as f32 + 0.5) * width - 1.0;
-        let y = 1.0 - (row as f32 + 0.5) * height;
-        let toward = self.forward + self.right * x + self.up * y;
-        let length = toward.length();
-        CubeRay {
-            origin: self.origin + self.right_origin * x + self.up_origin * y,
-            direction: toward / length,
-            t_eye: -self.eye_distance * length,
-        }
+        let pixel = Vec3::new(column as f32 + 0.5, row as f32 + 0.5, 0.0);
+        let x = mul_add(pixel, width, Vec3::NEG_ONE).x;
+        let y = mul_add(pixel, -height, Vec3::ONE).y;
+        let direction = mul_add(self.up, y, mul_add(self.right, x, self.forward));
+        let origin = mul_add(self.up_origin, y, mul_add(self.right_origin, x, self.origin));
+        CubeRay { origin, direction, length: direction.length(), t_eye: -self.eye_distance }
     }
 }
 

@@ -7,6 +7,6 @@ mod settings;
 mod transfer_function;
 
 pub use camera::{Camera, CameraError, Projection, RayFrame};
-pub use cube_rays::{CubeRay, CubeRays};
+pub use cube_rays::{CubeRay, CubeRays, high_bits, mul_add};
 pub use settings::{RenderSettings, RendererKind, Steps, View};
 pub use transfer_function::{OpacityModel, TransferFunction, TransferFunctionError};
