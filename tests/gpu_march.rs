@@ -70,7 +70,8 @@ fn gpu_and_cpu_draw_the_same() {
                 let on_gpu = marcher.render(&context, &volume, &frame, classifier, &settings).expect("renders");
                 let (p999, worst) = difference(&on_cpu.image, &on_gpu.image);
                 let what = format!("{storage:?}, view {view}, {steps:?}");
-                assert!(p999 <= 1.0 / 255.0 && worst <= 4.0 / 255.0, "{what}: 99.9 % within {p999}, worst {worst}");
+                // Positions agree to the last bit, so only exp and quotients of shading may differ: far below a level of 255.
+                assert!(p999 <= 1e-5 && worst <= 4.0 / 255.0, "{what}: 99.9 % within {p999}, worst {worst}");
                 let off = on_cpu.samples.abs_diff(on_gpu.samples) as f64 / on_cpu.samples as f64;
                 assert!(off < 1e-3, "{what}: {} samples on the CPU, {} on the GPU", on_cpu.samples, on_gpu.samples);
                 assert!(on_cpu.image.pixels.iter().filter(|p| p[3] > 0.1).count() > 500, "{what}: something is seen");
