@@ -24,7 +24,11 @@ fn refused(folder: &Path, args: &[&str]) -> String {
     // Mesa says on its own that XDG_RUNTIME_DIR is not set.
     let said: Vec<&str> = error.lines().filter(|line| !line.contains("XDG_RUNTIME_DIR")).collect();
     assert!(matches!(said[..], [line] if line.starts_with("octetra: ")), "{error}");
-    assert_eq!(std::fs::read_dir(folder).expect("folder").filter(|e| is_output(e.as_ref().expect("an entry"))).count(), 0, "a file was left");
+    assert_eq!(
+        std::fs::read_dir(folder).expect("folder").filter(|e| is_output(e.as_ref().expect("an entry"))).count(),
+        0,
+        "a file was left"
+    );
     error
 }
 

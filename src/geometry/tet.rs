@@ -6,6 +6,7 @@ use glam::{DMat3, DVec3};
 pub const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
 /// Six times the volume is the determinant; this is the signed volume, positive for VTK's corner order.
+#[inline]
 pub fn signed_volume(p: &[DVec3; 4]) -> f64 {
     (p[1] - p[0]).cross(p[2] - p[0]).dot(p[3] - p[0]) / 6.0
 }
@@ -25,6 +26,7 @@ pub fn barycentric(x: DVec3, p: &[DVec3; 4]) -> [f64; 4] {
 }
 
 /// The gradient of the linear field with values `s` at the corners. Not finite for a zero-volume tet.
+#[inline]
 pub fn gradient(p: &[DVec3; 4], s: &[f64; 4]) -> DVec3 {
     // The gradient of corner i's barycentric coordinate is face i's inward normal over six volumes.
     let (e1, e2, e3) = (p[1] - p[0], p[2] - p[0], p[3] - p[0]);

@@ -199,6 +199,7 @@ impl TetMesh {
     }
 
     /// Points relative to [`TetMesh::center`].
+    #[inline]
     pub fn points(&self) -> &[DVec3] {
         &self.points
     }
@@ -214,11 +215,13 @@ impl TetMesh {
     }
 
     /// Point indices of each tet, positively oriented (or of zero volume).
+    #[inline]
     pub fn tets(&self) -> &[[u32; 4]] {
         &self.tets
     }
 
     /// The corners of a tet, relative to [`TetMesh::center`].
+    #[inline]
     pub fn corners(&self, tet: usize) -> [DVec3; 4] {
         // Written out: `map` on arrays is not always inlined, and this is called for every tet of every cell.
         let [a, b, c, d] = self.tets[tet];

@@ -186,7 +186,10 @@ impl Regularizer<'_> {
                         planes.child_masks(&[0], Vec3::ZERO, 0.5, &mut masks);
                         mask = masks[0];
                     }
-                    (0..8).filter(|i| mask >> i & 1 == 1).for_each(|i| children[i].push(tet));
+                    while mask != 0 {
+                        children[mask.trailing_zeros() as usize].push(tet);
+                        mask &= mask - 1;
+                    }
                 }
                 Ok(children)
             })
@@ -217,7 +220,11 @@ impl Regularizer<'_> {
         let mut inside = scratch.take_list();
         for i in 0..8u32 {
             inside.clear();
-            inside.extend(tets.iter().zip(&masks).filter(|&(_, mask)| mask >> i & 1 == 1).map(|(&t, _)| t));
+            for (&tet, &mask) in tets.iter().zip(&masks) {
+                if mask >> i & 1 == 1 {
+                    inside.push(tet);
+                }
+            }
             if inside.is_empty() {
                 continue;
             }

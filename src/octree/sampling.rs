@@ -32,17 +32,20 @@ impl<'a> Source<'a> {
         self.mesh.points().len()
     }
 
+    #[inline]
     pub fn corners(&self, tet: u32) -> [DVec3; 4] {
         self.mesh.corners(tet as usize)
     }
 
     /// The corners where a cell of this center and half edge is [-1, 1]^3.
+    #[inline]
     pub fn local_corners(&self, tet: u32, center: DVec3, half: f64) -> [DVec3; 4] {
         let ([a, b, c, d], scale) = (self.corners(tet), 1.0 / half);
         [(a - center) * scale, (b - center) * scale, (c - center) * scale, (d - center) * scale]
     }
 
     /// The linear field's values at a tet's corners.
+    #[inline]
     fn values(&self, tet: u32) -> [f64; 4] {
         match self.field.association {
             Association::Points => {
