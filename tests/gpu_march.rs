@@ -122,7 +122,7 @@ fn every_frame_is_timed() {
     let marcher = Marcher::new(&context).expect("the shaders compile");
     let volume = OctreeVolume::upload(&context, &random_tree(3, 4)).expect("fits");
     let frames = cameras().map(|camera| frame(&camera, [32, 32]));
-    let times = marcher.time(&context, &volume, &frames, &classifiers()[0], &RenderSettings::new(32, 32), 1, 3).expect("renders");
+    let times = marcher.time(&context, &volume, &frames, &classifiers()[0], &RenderSettings::new(32, 32), 0.01, 3).expect("renders");
     assert_eq!(times.wall_s.len(), 15);
     assert!(times.wall_s.iter().all(|s| *s > 0.0));
     assert_eq!(times.gpu_s.is_some(), context.timestamps);

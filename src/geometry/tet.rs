@@ -14,8 +14,8 @@ pub fn signed_volume(p: &[DVec3; 4]) -> f64 {
 /// Whether a tet has no volume worth dividing by: `|det| <= 1e-13 L^3`, L the largest edge component at corner 0 (maths 4.1).
 pub fn is_degenerate(p: &[DVec3; 4]) -> bool {
     let longest = (1..4).map(|i| (p[i] - p[0]).abs().max_element()).fold(0.0, f64::max);
-    // Written so that a NaN counts as degenerate.
-    !((signed_volume(p) * 6.0).abs() > 1e-13 * longest.powi(3))
+    let determinant = (signed_volume(p) * 6.0).abs();
+    determinant.is_nan() || determinant <= 1e-13 * longest.powi(3)
 }
 
 /// Barycentric coordinates of `x` in a tet; they sum to 1 and are all >= 0 inside. Not finite for a zero-volume tet.

@@ -80,7 +80,8 @@ fn seconds(bytes: &[u8], period: f32) -> f64 {
 }
 
 impl Marcher {
-    /// Times the march of each frame: `warmup` rounds over all frames first, then `repeats` times each. All frames have one size.
+    /// Times the march of each frame `repeats` times, after rounds over all frames for at least `warmup_s` seconds, in which an idle
+    /// GPU raises its clocks. All frames have one size.
     pub fn time(
         &self,
         context: &Context,
@@ -88,7 +89,7 @@ impl Marcher {
         frames: &[RayFrame],
         classifier: &Classifier,
         settings: &RenderSettings,
-        warmup: u32,
+        warmup_s: f64,
         repeats: u32,
     ) -> Result<FrameTimes, GpuError> {
         let mut times = FrameTimes { gpu_s: context.timestamps.then(Vec::new), wall_s: Vec::new() };
@@ -108,8 +109,9 @@ impl Marcher {
             let wall_s = start.elapsed().as_secs_f64();
             Ok((wall_s, timestamps.as_ref().map(|t| t.read_s(context)).transpose()?))
         };
-        for frame in frames.iter().cycle().take(frames.len() * warmup as usize) {
-            once(frame)?;
+        let start = Instant::now();
+        while start.elapsed().as_secs_f64() < warmup_s {
+            frames.iter().try_for_each(|frame| once(frame).map(drop))?;
         }
         for frame in frames {
             for _ in 0..repeats {

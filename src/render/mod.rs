@@ -13,6 +13,9 @@ use crate::view::{RayFrame, RendererKind, View};
 use glam::DVec3;
 use std::time::Instant;
 
+/// Seconds for which a GPU is kept busy before its frames are timed.
+const WARMUP_S: f64 = 0.3;
+
 /// Where pictures are to be made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DeviceChoice {
@@ -155,14 +158,14 @@ impl Renderer {
         Ok(Some(gpu.marcher.start(&gpu.context, volume, &scene.frame(view), &classifier, &view.settings, target)?))
     }
 
-    /// Times each view `repeats` times after one round of warming up, nothing read back. All views have the first one's size, transfer
+    /// Times each view `repeats` times after warming up, nothing read back. All views have the first one's size, transfer
     /// function and settings.
     pub fn time(&self, scene: &Scene, views: &[View], repeats: u32, progress: &Progress) -> Result<FrameTimes, RenderError> {
         let Some(first) = views.first() else { return Ok(FrameTimes { gpu_s: None, wall_s: vec![] }) };
         if let (Some(gpu), Data::Octree { texture, volume: Some(volume) }) = (&self.gpu, &scene.data) {
             let classifier = Classifier::new(&first.transfer_function, texture.value_range(), scene.diagonal);
             let frames: Vec<RayFrame> = views.iter().map(|view| scene.frame(view)).collect();
-            return Ok(gpu.marcher.time(&gpu.context, volume, &frames, &classifier, &first.settings, 1, repeats)?);
+            return Ok(gpu.marcher.time(&gpu.context, volume, &frames, &classifier, &first.settings, WARMUP_S, repeats)?);
         }
         let mut wall_s = Vec::new();
         for view in views {

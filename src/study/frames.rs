@@ -14,7 +14,7 @@ pub struct Frames {
     pub gpu_s: Option<Vec<f64>>,
 }
 
-/// Times each view of the standard orbit `repeats` times after one round of warming up; all else is `view`'s.
+/// Times each view of the standard orbit `repeats` times after warming up; all else is `view`'s.
 pub fn orbit_frames(
     renderer: &Renderer,
     scene: &Scene,

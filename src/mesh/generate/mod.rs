@@ -64,7 +64,7 @@ impl Shape {
         match self {
             Shape::Cube => Lattice::tets_of(16),
             Shape::Ball => Lattice::tets_of(20),
-            Shape::Wing => 60_000,
+            Shape::Wing => 140_000,
         }
     }
 
