@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 
 const SIZE: egui::Vec2 = egui::vec2(640.0, 420.0);
 
-/// Where the picture is: right of the panel, above the status line.
-const PICTURE: [std::ops::Range<u32>; 2] = [300..640, 0..396];
+/// Root mean square difference up to which pictures are the same, in levels: whether all rows or some at a time were marched, rounds apart.
+const SAME: f64 = 0.3;
 
 type Window = Harness<'static, Viewer>;
 
@@ -49,6 +49,8 @@ fn open(folder: &Path) -> Window {
 
 /// Goes on until the picture is the one asked for.
 fn settle(window: &mut Window) {
+    window.step();
+    window.remove_cursor(); // its tooltip would lie over the picture
     let start = Instant::now();
     loop {
         window.step();
@@ -64,8 +66,13 @@ fn settle(window: &mut Window) {
 /// The picture's bytes, row by row.
 fn picture(window: &mut Window) -> Vec<[u8; 3]> {
     let image = window.render().expect("a frame");
-    let [columns, rows] = PICTURE;
-    rows.flat_map(|y| columns.clone().map(move |x| (x, y))).map(|(x, y)| image.get_pixel(x, y).0).map(|[r, g, b, _]| [r, g, b]).collect()
+    let [width, height] = window.state().picture_size();
+    let columns = image.width() - width..image.width();
+    (0..height)
+        .flat_map(|y| columns.clone().map(move |x| (x, y)))
+        .map(|(x, y)| image.get_pixel(x, y).0)
+        .map(|[r, g, b, _]| [r, g, b])
+        .collect()
 }
 
 /// Root mean square difference of two pictures, in levels of 255.
@@ -83,7 +90,7 @@ fn it_opens_on_a_picture_and_its_numbers() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut window = open(folder.path());
     let shown = picture(&mut window);
-    let [width, height] = PICTURE.map(|r| r.len());
+    let [width, height] = window.state().picture_size().map(|n| n as usize);
     assert!(shown[width * (height / 2) + width / 2].iter().any(|&v| v > 40), "the middle of the ball is not black");
     assert_eq!(shown[3], [0; 3], "beside the ball there is nothing");
     let nodes = nodes(&window);
@@ -109,19 +116,22 @@ fn a_threshold_rebuilds_the_octree() {
 fn exact_looks_like_the_octree() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut window = open(folder.path());
+    window.state_mut().set_params(OctreeParams { max_depth: 7, max_leaf_tets: 1, max_leaf_variance: 1e-6, ..OctreeParams::default() });
+    settle(&mut window);
     let octree = picture(&mut window);
     window.get_by_label("exact").click();
     settle(&mut window);
     let exact = picture(&mut window);
     let difference = rms(&octree, &exact);
-    assert!(difference > 0.0 && difference < 12.0, "{difference} levels");
+    assert!(difference > 0.0 && difference < 6.0, "{difference} levels");
     window.get_by_label("octree").click();
     settle(&mut window);
-    assert_eq!(picture(&mut window), octree, "and back again");
+    let back = rms(&octree, &picture(&mut window));
+    assert!(back < SAME, "and back again: {back} levels");
 }
 
 #[test]
-fn dragging_turns_and_fitting_keeps_the_direction() {
+fn dragging_turns_and_start_turns_back() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut window = open(folder.path());
     let before = picture(&mut window);
@@ -132,10 +142,11 @@ fn dragging_turns_and_fitting_keeps_the_direction() {
     window.drop_at(egui::pos2(560.0, 150.0));
     settle(&mut window);
     let turned = picture(&mut window);
-    assert!(rms(&before, &turned) > 0.5, "the lattice of the ball turns");
-    window.get_by_label("Start").click();
+    assert!(rms(&before, &turned) > 4.0, "the lattice of the ball turns");
+    window.get_by_label("Start").click_accesskit(); // it may be scrolled out of sight
     settle(&mut window);
-    assert_eq!(picture(&mut window), before);
+    let back = rms(&before, &picture(&mut window));
+    assert!(back < SAME, "{back} levels");
 }
 
 #[test]
@@ -149,7 +160,7 @@ fn a_screenshot_has_the_bytes_of_the_window() {
     }
     let saved = image::open(folder.path().join("ball_01.png")).expect("a PNG").into_rgb8();
     let shown = picture(&mut window);
-    assert_eq!([saved.width() as usize, saved.height() as usize], PICTURE.map(|r| r.len()));
+    assert_eq!([saved.width(), saved.height()], window.state().picture_size());
     let worst = saved.pixels().zip(&shown).map(|(a, b)| (0..3).map(|c| a.0[c].abs_diff(b[c])).max()).max().flatten();
     assert!(worst.is_some_and(|w| w <= 1), "rays stop at 1/4096 in the file and at 1/512 in the window: {worst:?}");
 }
@@ -165,5 +176,6 @@ fn what_cannot_be_opened_is_said_and_the_mesh_stays() {
     window.state_mut().open(&ctx, path);
     settle(&mut window);
     assert!(window.state().status().contains("broken.vtu"), "{}", window.state().status());
-    assert_eq!(picture(&mut window), before);
+    let back = rms(&before, &picture(&mut window));
+    assert!(back < SAME, "{back} levels");
 }

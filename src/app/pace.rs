@@ -3,6 +3,9 @@
 /// Seconds that a frame may take while the view moves.
 const MOVING_S: f64 = 0.033;
 
+/// Seconds that the window may stand still for rows of the full picture at rest.
+const ROWS_S: f64 = 0.1;
+
 /// What the time of the frames so far says about the next.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pace {
@@ -15,7 +18,16 @@ impl Pace {
 
     /// Takes the time of a frame of this size into account.
     pub fn add(&mut self, size: [u32; 2], frame_s: f64) {
-        self.s_per_pixel = Some(frame_s / pixels(size));
+        // A picture is not equally slow everywhere: a fast part lowers the estimate only by and by.
+        let s_per_pixel = frame_s / pixels(size);
+        self.s_per_pixel = Some(self.s_per_pixel.map_or(s_per_pixel, |before| s_per_pixel.max(0.75 * before)));
+    }
+
+    /// How many rows of a picture of this size to march at once at rest, at least 8 or all.
+    pub fn rows_at_rest(&self, size: [u32; 2]) -> u32 {
+        let Some(s_per_pixel) = self.s_per_pixel else { return size[1] };
+        let affordable = ROWS_S / (s_per_pixel * f64::from(size[0].max(1)));
+        (affordable.min(f64::from(size[1])) as u32).max(8).min(size[1])
     }
 
     /// What to divide width and height by while the view moves. Before the first frame a device that is `slow`, a CPU, begins coarse.
@@ -47,6 +59,9 @@ mod tests {
         assert_eq!(pace.moving_divisor(size, true), 1);
         pace.add(divided(size, 4), MOVING_S / 4.0 * 0.99);
         assert_eq!(pace.moving_divisor(size, true), 2);
+        pace.add(size, 10.0 * ROWS_S);
+        assert_eq!(pace.rows_at_rest(size), 80, "a tenth of the rows");
+        assert_eq!(pace.rows_at_rest([1200, 5]), 5);
         pace.add(size, 1e6);
         assert_eq!(pace.moving_divisor(size, true), 12, "the coarsest there is");
     }

@@ -15,7 +15,7 @@ impl Viewer {
     /// All of the panel.
     pub(super) fn panel(&mut self, ui: &mut Ui) {
         ui.spacing_mut().slider_width = 110.0;
-        ui.spacing_mut().combo_width = 180.0;
+        ui.spacing_mut().combo_width = 172.0;
         ui.add_space(6.0);
         self.file_buttons(ui);
         section(ui, "Field", |ui| self.field(ui));
@@ -174,7 +174,9 @@ impl Viewer {
     }
 
     fn camera(&mut self, ui: &mut Ui) {
-        ui.horizontal_wrapped(|ui| {
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 4.0;
+            ui.spacing_mut().button_padding.x = 5.0;
             if ui.button("Fit").on_hover_text("Show all from this direction (R)").clicked() {
                 self.fit();
             }
@@ -187,7 +189,7 @@ impl Viewer {
                 }
             }
         });
-        ui.weak("Left drag rotates, middle pans, right zooms, the wheel zooms to the pointer.");
+        ui.weak("Drag: left rotates, middle pans, right zooms. The wheel zooms to the pointer.");
     }
 
     fn mesh_numbers(&self, ui: &mut Ui) {
@@ -277,10 +279,10 @@ fn bar(ui: &mut Ui, tf: &TransferFunction) {
 fn leaves(ui: &mut Ui, leaves_by_depth: &[usize]) {
     let most = leaves_by_depth.iter().copied().max().unwrap_or(0).max(1);
     let first = leaves_by_depth.iter().position(|&n| n > 0).unwrap_or(0);
-    Grid::new("leaves").num_columns(3).spacing([8.0, 1.0]).show(ui, |ui| {
+    Grid::new("leaves").num_columns(3).min_col_width(16.0).min_row_height(14.0).spacing([8.0, 1.0]).show(ui, |ui| {
         for (depth, &count) in leaves_by_depth.iter().enumerate().skip(first) {
             ui.label(RichText::new(format!("{depth:>2}")).small().monospace());
-            let (rect, _) = ui.allocate_exact_size(vec2(170.0, 10.0), egui::Sense::hover());
+            let (rect, _) = ui.allocate_exact_size(vec2(172.0, 10.0), egui::Sense::hover());
             let width = rect.width() * count as f32 / most as f32;
             let filled = egui::Rect::from_min_size(rect.min, vec2(width.max(if count > 0 { 1.0 } else { 0.0 }), rect.height()));
             ui.painter().rect_filled(filled, 1.0, ui.visuals().selection.bg_fill);

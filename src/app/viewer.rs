@@ -38,10 +38,12 @@ pub struct Viewer {
     status: Status,
     renderer: Arc<Renderer>,
     pace: Pace,
+    /// Seconds that the parts of the picture being refined took so far.
+    refining_s: Option<f64>,
     /// Pixels of the picture's place in the window.
     size: [u32; 2],
-    /// Camera and colours of the frame before, and when they last changed.
-    seen: (Camera, Transfer),
+    /// What the frame before was drawn with, and when that or the octree last changed.
+    seen: Seen,
     moved: Instant,
     memory_bytes: u64,
     folder: PathBuf,
@@ -63,6 +65,16 @@ pub struct OctreeNumbers {
 struct Status {
     text: String,
     is_error: bool,
+}
+
+/// The settings that change the picture of the same octree.
+#[derive(PartialEq)]
+struct Seen(Camera, Transfer, RenderSettings);
+
+impl Seen {
+    fn of(settings: &Settings) -> Self {
+        Seen(settings.camera, settings.transfer.clone(), settings.render)
+    }
 }
 
 /// What an octree is made from.
@@ -122,8 +134,9 @@ impl Viewer {
             status: Status::default(),
             renderer,
             pace: Pace::default(),
+            refining_s: None,
             size: [0; 2],
-            seen: (settings.camera, settings.transfer.clone()),
+            seen: Seen::of(&settings),
             settings,
             moved: Instant::now(),
             memory_bytes: options.memory_bytes,
@@ -141,10 +154,20 @@ impl Viewer {
     pub fn is_settled(&self) -> bool {
         let wanted = self.wanted();
         let shown = match self.settings.render.renderer {
-            RendererKind::Octree => self.octree.shown.as_ref() == Some(&wanted),
+            RendererKind::Octree => self.octree.shown.as_ref() == Some(&wanted) && self.octree.key == Some(self.octree_key()),
             RendererKind::Exact => self.exact.complete && self.exact.key == Some((self.settings.field.clone(), self.exact_view())),
         };
         shown && !self.viewport.is_marching() && self.activity().is_none()
+    }
+
+    /// Width and height of the picture in pixels. It lies in the window's upper right corner.
+    pub fn picture_size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Takes other thresholds, as moving their sliders does.
+    pub fn set_params(&mut self, params: OctreeParams) {
+        self.settings.params = params;
     }
 
     /// The line at the bottom of the window.
@@ -207,6 +230,10 @@ impl Viewer {
         self.status = Status { text, is_error: true };
     }
 
+    fn octree_key(&self) -> OctreeKey {
+        (self.settings.field.clone(), self.settings.params.clone())
+    }
+
     /// The view that fills the viewport.
     fn wanted(&self) -> View {
         self.settings.view(self.size, self.document.mesh.bounds().diagonal())
@@ -264,7 +291,7 @@ impl Viewer {
     }
 
     fn run_octree(&mut self, ctx: &egui::Context) {
-        let key = (self.settings.field.clone(), self.settings.params.clone());
+        let key = self.octree_key();
         if view_kind(&self.settings) == RendererKind::Octree && self.octree.key.as_ref() != Some(&key) {
             let (renderer, mesh, (field, params)) = (self.renderer.clone(), self.document.mesh.clone(), key.clone());
             self.octree.job = Some(Job::start(ctx, move |progress, results| {
@@ -281,6 +308,8 @@ impl Viewer {
             Ok(model) => {
                 self.octree.model = Some(Arc::new(model));
                 self.octree.shown = None;
+                self.viewport.stop_refining();
+                self.moved = Instant::now();
                 self.clear_error();
             }
             Err(error) => self.fail(error),
@@ -292,7 +321,10 @@ impl Viewer {
         match self.viewport.poll() {
             Ok(Some((size, time))) => {
                 self.pace.add(size, time.gpu_s.unwrap_or(time.wall_s));
-                self.frame_time = Some(time);
+                // Of a picture marched in parts the sum is shown.
+                let before = self.refining_s.unwrap_or(0.0);
+                self.frame_time = Some(FrameTime { wall_s: before + time.wall_s, gpu_s: time.gpu_s.map(|s| before + s) });
+                self.refining_s = self.refining_s.map(|s| s + time.gpu_s.unwrap_or(time.wall_s));
             }
             Ok(None) => {}
             Err(error) => self.fail(error.into()),
@@ -312,15 +344,30 @@ impl Viewer {
             ctx.request_repaint_after(moving_for);
         }
         if self.octree.shown.as_ref().is_some_and(|shown| is_fine_enough(shown, &view, divisor)) {
+            self.refining_s = None;
             return;
         }
-        let mut drawn = view;
-        [drawn.settings.width, drawn.settings.height] = divided(self.size, divisor);
-        if let Err(error) = self.viewport.march(&self.renderer, &model.scene, &drawn) {
-            self.fail(error.into());
+        let (rows, refining) = (self.pace.rows_at_rest(self.size), self.viewport.is_refining(&view));
+        let marched = if divisor > 1 || (rows == self.size[1] && !refining) {
+            let mut coarse = view;
+            [coarse.settings.width, coarse.settings.height] = divided(self.size, divisor);
+            self.refining_s = None;
+            self.viewport.march(&self.renderer, &model.scene, &coarse).map(|()| Some(coarse))
+        } else {
+            if !refining {
+                self.refining_s = Some(0.0);
+            }
+            self.viewport.refine(&self.renderer, &model.scene, &view, rows).map(|whole| whole.then_some(view))
+        };
+        match marched {
+            Ok(Some(drawn)) => self.octree.shown = Some(drawn),
+            Ok(None) => {}
+            Err(error) => {
+                self.fail(error.into());
+                // The same march would only fail again.
+                self.octree.shown = Some(self.wanted());
+            }
         }
-        // After an error too: the same march would only fail again.
-        self.octree.shown = Some(drawn);
         ctx.request_repaint();
     }
 
@@ -390,8 +437,9 @@ impl Viewer {
         self.size = [pixels.width_px, pixels.height_px].map(|n| (n.max(0) as u32).min(self.viewport.longest_side()));
 
         self.settings.camera = navigate::moved(self.settings.camera, &picture, ui);
-        if self.seen != (self.settings.camera, self.settings.transfer.clone()) {
-            self.seen = (self.settings.camera, self.settings.transfer.clone());
+        let seen = Seen::of(&self.settings);
+        if self.seen != seen {
+            self.seen = seen;
             self.moved = Instant::now();
         }
         self.march(ui.ctx());
@@ -403,22 +451,23 @@ impl Viewer {
 
     /// The line at the bottom.
     fn status_line(&self, ui: &mut egui::Ui) {
-        ui.horizontal(|ui| {
-            if let Some((stage, done)) = self.activity() {
-                let bar = egui::ProgressBar::new(done.unwrap_or(0.0)).desired_width(140.0).desired_height(12.0);
-                ui.add(bar).widget_info(|| egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, stage));
-                ui.label(stage);
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            let device = &self.viewport.context().info;
+            if ui.available_width() > 700.0 {
+                ui.weak(format!("{} ({})", device.name, device.backend));
+                ui.separator();
             }
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.weak(format!("{} ({})", self.viewport.context().info.name, self.viewport.context().info.backend));
-                ui.separator();
-                ui.weak(self.frame_label());
-                ui.separator();
-                ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
-                    let text = egui::RichText::new(self.status());
-                    let text = if self.is_error() { text.color(ui.visuals().error_fg_color) } else { text };
-                    ui.add(egui::Label::new(text).truncate()).on_hover_text(self.status());
-                });
+            ui.weak(self.frame_label());
+            ui.separator();
+            ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                if let Some((stage, done)) = self.activity() {
+                    let bar = egui::ProgressBar::new(done.unwrap_or(0.0)).desired_width(100.0).desired_height(12.0);
+                    ui.add(bar).widget_info(|| egui::WidgetInfo::labeled(egui::Role::ProgressIndicator, true, stage));
+                    ui.add(egui::Label::new(stage).truncate());
+                }
+                let text = egui::RichText::new(self.status());
+                let text = if self.is_error() { text.color(ui.visuals().error_fg_color) } else { text };
+                ui.add(egui::Label::new(text).truncate()).on_hover_text(self.status());
             });
         });
     }
@@ -432,7 +481,7 @@ impl Viewer {
     }
 
     fn keys(&mut self, ctx: &egui::Context) {
-        if ctx.egui_wants_keyboard_input() {
+        if ctx.text_edit_focused() {
             return;
         }
         let pressed = |key| ctx.input(|input| input.key_pressed(key));
@@ -475,7 +524,11 @@ impl eframe::App for Viewer {
         let ctx = ui.ctx().clone();
         self.keys(&ctx);
         egui::Panel::left("controls").exact_size(300.0).resizable(false).show(ui, |ui| {
-            egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.panel(ui));
+            egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                // The scroll bar floats over the rest.
+                ui.set_max_width(ui.available_width() - 8.0);
+                self.panel(ui);
+            });
         });
         egui::Panel::bottom("status").exact_size(24.0).resizable(false).show(ui, |ui| self.status_line(ui));
         self.run_jobs(&ctx);

@@ -15,7 +15,18 @@ pub struct Viewport {
     target: Target,
     image: wgpu::BindGroup,
     in_flight: Option<InFlight>,
+    refined: Option<Refined>,
     filled: bool,
+}
+
+/// A picture that is marched some rows at a time, so that the window does not stand still on a slow device.
+struct Refined {
+    view: View,
+    picture: Target,
+    rows: Target,
+    /// The row that is marched next, and the one that is being marched.
+    next: u32,
+    marching: Option<u32>,
 }
 
 /// How eframe is to open its device: as the command does, with all the adapter's limits.
@@ -32,7 +43,7 @@ impl Viewport {
         let target = Target::new(&context, 1, 1)?;
         let pipeline = pipeline(&context.device, window.target_format);
         let image = bind(&context.device, &pipeline, &target);
-        Ok(Viewport { context, pipeline, target, image, in_flight: None, filled: false })
+        Ok(Viewport { context, pipeline, target, image, in_flight: None, refined: None, filled: false })
     }
 
     /// The window's device.
@@ -60,7 +71,7 @@ impl Viewport {
         self.in_flight.is_some()
     }
 
-    /// Size of the picture, and its time if it has just got done.
+    /// Size and time of what was marched, if it has just got done.
     pub fn poll(&mut self) -> Result<Option<([u32; 2], FrameTime)>, GpuError> {
         if let Some(error) = self.context.take_error() {
             return Err(error);
@@ -70,15 +81,58 @@ impl Viewport {
         if !matches!(done, Ok(None)) {
             self.in_flight = None;
         }
-        Ok(done?.map(|time| (self.target.size(), time)))
+        let size = self.refined.as_ref().map_or(&self.target, |refined| &refined.rows).size();
+        Ok(done?.map(|time| (size, time)))
     }
 
     /// Starts the march of an octree scene. Its picture replaces the one before.
     pub fn march(&mut self, renderer: &Renderer, scene: &Scene, view: &View) -> Result<(), RenderError> {
+        self.refined = None;
         self.resize([view.settings.width, view.settings.height])?;
-        self.in_flight = renderer.march(scene, view, &self.target)?;
+        self.in_flight = renderer.march(scene, view, 0, &self.target)?;
         self.filled = true;
         Ok(())
+    }
+
+    /// Marches the next rows of a picture, `rows` of them if it is a new one. Call it when nothing is in flight; `true` once the picture is
+    /// whole and has replaced the one before.
+    pub fn refine(&mut self, renderer: &Renderer, scene: &Scene, view: &View, rows: u32) -> Result<bool, RenderError> {
+        let (width, height) = (view.settings.width, view.settings.height);
+        let mut refined = match self.refined.take().filter(|refined| refined.view == *view) {
+            Some(refined) => refined,
+            None => Refined {
+                view: view.clone(),
+                picture: Target::new(&self.context, width, height)?,
+                rows: Target::new(&self.context, width, rows)?,
+                next: 0,
+                marching: None,
+            },
+        };
+        if let Some(row) = refined.marching.take() {
+            refined.picture.copy_rows(&self.context, &refined.rows, row)?;
+        }
+        if refined.next == height {
+            self.target = refined.picture;
+            self.image = bind(&self.context.device, &self.pipeline, &self.target);
+            self.filled = true;
+            return Ok(true);
+        }
+        // The last rows reach back so that they are as many.
+        let row = refined.next.min(height - refined.rows.size()[1]);
+        self.in_flight = renderer.march(scene, view, row, &refined.rows)?;
+        (refined.marching, refined.next) = (Some(row), row + refined.rows.size()[1]);
+        self.refined = Some(refined);
+        Ok(false)
+    }
+
+    /// Whether a part of this picture is marched.
+    pub fn is_refining(&self, view: &View) -> bool {
+        self.refined.as_ref().is_some_and(|refined| refined.view == *view)
+    }
+
+    /// Gives up a picture that is half marched.
+    pub fn stop_refining(&mut self) {
+        self.refined = None;
     }
 
     /// Shows an image that was made elsewhere.

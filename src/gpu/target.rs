@@ -57,6 +57,17 @@ impl Target {
         context.scoped(|| context.queue.write_texture(self.texture.as_image_copy(), pixels, layout, self.texture.size()))
     }
 
+    /// Copies all of `rows`, a target of the same width, to the rows from `first_row` on.
+    pub fn copy_rows(&self, context: &Context, rows: &Target, first_row: u32) -> Result<(), GpuError> {
+        context.scoped(|| {
+            let mut encoder = context.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut to = self.texture.as_image_copy();
+            to.origin.y = first_row;
+            encoder.copy_texture_to_texture(rows.texture.as_image_copy(), to, rows.texture.size());
+            context.queue.submit([encoder.finish()]);
+        })
+    }
+
     /// The view to bind.
     pub fn view(&self) -> &wgpu::TextureView {
         &self.view

@@ -149,13 +149,14 @@ impl Renderer {
         }
     }
 
-    /// Starts the march of an octree scene into `target`, which must have the view's size, and waits for nothing. `None` if the scene is
-    /// not on the device: [`Renderer::render`] draws it.
-    pub fn march(&self, scene: &Scene, view: &View, target: &Target) -> Result<Option<InFlight>, RenderError> {
+    /// Starts the march of the view's rows from `first_row` on, as many as `target` has, and waits for nothing. The target must have the
+    /// view's width. `None` if the scene is not an octree on the device: [`Renderer::render`] draws it.
+    pub fn march(&self, scene: &Scene, view: &View, first_row: u32, target: &Target) -> Result<Option<InFlight>, RenderError> {
         let Data::Octree { texture, volume: Some(volume) } = &scene.data else { return Ok(None) };
         let Some(gpu) = &self.gpu else { return Ok(None) };
         let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
-        Ok(Some(gpu.marcher.start(&gpu.context, volume, &scene.frame(view), &classifier, &view.settings, target)?))
+        let rows = scene.frame(view).rows(first_row, target.size()[1]);
+        Ok(Some(gpu.marcher.start(&gpu.context, volume, &rows, &classifier, &view.settings, target)?))
     }
 
     /// Times each view `repeats` times after warming up, nothing read back. All views have the first one's size, transfer

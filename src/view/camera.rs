@@ -103,7 +103,7 @@ impl From<Camera> for CameraFile {
 pub struct RayFrame {
     /// The eye, relative to the mesh's centre.
     pub eye: DVec3,
-    /// Unit view direction.
+    /// Direction through the middle: of a whole image the view direction, of length 1.
     pub forward: DVec3,
     /// Direction added per unit of x.
     pub right: DVec3,
@@ -120,6 +120,20 @@ pub struct RayFrame {
 }
 
 impl RayFrame {
+    /// Rows `first..first + count` of the image as an image of their own. Rows beyond the image are those of a higher one.
+    pub fn rows(&self, first: u32, count: u32) -> RayFrame {
+        let height = f64::from(self.height);
+        let (middle, share) = (1.0 - f64::from(2 * first + count) / height, f64::from(count) / height);
+        RayFrame {
+            eye: self.eye + self.up_origin * middle,
+            forward: self.forward + self.up * middle,
+            up: self.up * share,
+            up_origin: self.up_origin * share,
+            height: count,
+            ..*self
+        }
+    }
+
     /// Origin and unit direction of the ray through the centre of pixel (column, row), row 0 at the top.
     pub fn ray(&self, column: u32, row: u32) -> (DVec3, DVec3) {
         let x = 2.0 * (f64::from(column) + 0.5) / f64::from(self.width) - 1.0;
@@ -204,6 +218,20 @@ mod tests {
         let ((o, d), (p, e)) = (frame.ray(0, 0), frame.ray(1, 1));
         assert_eq!((d, e), (DVec3::Y, DVec3::Y));
         assert!((o - DVec3::new(-1.0, -5.0, 1.0)).length() < 1e-12 && (p - DVec3::new(1.0, -5.0, -1.0)).length() < 1e-12);
+    }
+
+    #[test]
+    fn rows_have_the_rays_of_the_image() {
+        for projection in [Projection::Perspective { fov_y_degrees: 50.0 }, Projection::Parallel { view_height: 3.0 }] {
+            let camera = Camera { eye: DVec3::new(3.0, 2.0, 1.0), target: DVec3::ZERO, up: DVec3::Z, projection };
+            let frame = camera.frame(DVec3::ZERO, 30, 20);
+            assert_eq!(frame.rows(0, 20), frame);
+            let rows = frame.rows(13, 5);
+            for (column, row) in [(0, 0), (7, 4), (29, 2)] {
+                let ((o, d), (p, e)) = (frame.ray(column, 13 + row), rows.ray(column, row));
+                assert!(o.distance(p) < 1e-14 && d.distance(e) < 1e-14);
+            }
+        }
     }
 
     #[test]
