@@ -111,7 +111,7 @@ mod tests {
             while progress.check().is_ok() {
                 std::thread::sleep(Duration::from_millis(1));
             }
-            drop(sender.send("stopped"));
+            let _ = sender.send("stopped");
         });
         drop(job);
         assert_eq!(receiver.recv_timeout(Duration::from_secs(10)), Ok("stopped"));
