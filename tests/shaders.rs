@@ -27,7 +27,8 @@ fn every_stage_is_valid() {
         let info = Validator::new(ValidationFlags::all(), Capabilities::default()).validate(&module);
         let info = info.unwrap_or_else(|e| panic!("{name}: {e:?}"));
         // With its overrides replaced a module is validated again: not all that is valid before is valid then.
-        let constants = PipelineConstants::from_iter([("tile".to_owned(), 8.0)]);
+        let names = module.overrides.iter().filter_map(|(_, number)| number.name.clone());
+        let constants = PipelineConstants::from_iter(names.map(|name| (name, 8.0)));
         let replaced = process_overrides(&module, &info, None, &constants);
         assert!(replaced.is_ok(), "{name}: {:?}", replaced.err());
     }

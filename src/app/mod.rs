@@ -68,7 +68,11 @@ pub fn run(options: Options) -> Result<()> {
     let opened = eframe::run_native("octetra", native, Box::new(|creation| Ok(Box::new(Viewer::new(creation, options)?))));
     opened.map_err(|error| match error {
         eframe::Error::AppCreation(error) => anyhow!("{error}"),
-        eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => anyhow!("no window can be opened: {error}; {INSTEAD}"),
+        eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => {
+            // What comes before the last colon is where in winit it happened.
+            let text = error.to_string();
+            anyhow!("no window can be opened: {}; {INSTEAD}", text.rsplit(": ").next().unwrap_or(&text))
+        }
         error => anyhow!("{error}"),
     })
 }

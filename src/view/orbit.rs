@@ -144,7 +144,7 @@ mod tests {
         for (camera, aspect) in cameras().into_iter().flat_map(|c| [(c, 0.5), (c, 2.0)]) {
             let fitted = camera.fitted(bounds, aspect);
             let frame = fitted.frame(bounds.center(), (1000.0 * aspect) as u32, 1000);
-            let (origin, direction) = if aspect < 1.0 { frame.ray(0, 500) } else { frame.ray(500, 0) };
+            let (origin, direction) = if aspect < 1.0 { frame.ray(0, 500) } else { frame.ray(frame.width / 2, 0) };
             let miss = (origin - direction * origin.dot(direction)).length();
             assert!((miss / (bounds.diagonal() / 2.0) - 1.0).abs() < 0.01, "{miss}");
         }
