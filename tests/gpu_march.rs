@@ -127,3 +127,40 @@ fn every_frame_is_timed() {
     assert!(times.wall_s.iter().all(|s| *s > 0.0));
     assert_eq!(times.gpu_s.is_some(), context.timestamps);
 }
+
+#[test]
+fn a_frame_that_nobody_waits_for_gets_done_and_says_what_it_took() {
+    let mut context = context();
+    // Worthless on a software adapter, but there to be read.
+    context.timestamps = context.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+    let marcher = Marcher::new(&context).expect("the shaders compile");
+    let volume = OctreeVolume::upload(&context, &random_tree(3, 5)).expect("fits");
+    let (frame, classifier, settings) = (frame(&cameras()[0], [40, 30]), &classifiers()[0], RenderSettings::new(40, 30));
+    let target = Target::new(&context, 40, 30).expect("fits");
+    let started = marcher.start(&context, &volume, &frame, classifier, &settings, &target).expect("starts");
+    let deadline = std::time::Instant::now() + std::time::Duration::from_secs(60);
+    let time = loop {
+        if let Some(time) = started.poll(&context).expect("the device works") {
+            break time;
+        }
+        assert!(std::time::Instant::now() < deadline, "the frame never gets done");
+    };
+    assert!(time.wall_s > 0.0);
+    assert_eq!(time.gpu_s.is_some(), context.timestamps);
+}
+
+#[test]
+fn rows_are_marched_as_in_the_whole_image() {
+    let context = context();
+    let marcher = Marcher::new(&context).expect("the shaders compile");
+    let volume = OctreeVolume::upload(&context, &random_tree(3, 6)).expect("fits");
+    for camera in cameras() {
+        let (whole, settings) = (frame(&camera, [60, 40]), RenderSettings::new(60, 40));
+        let march = |frame: &RayFrame| marcher.render(&context, &volume, frame, &classifiers()[0], &settings).expect("renders").image;
+        let mut expected = march(&whole);
+        expected.pixels = expected.pixels[60 * 17..60 * 25].to_vec();
+        expected.height = 8;
+        let (p999, worst) = difference(&expected, &march(&whole.rows(17, 8)));
+        assert!(p999 <= 1.0 / 255.0 && worst <= 4.0 / 255.0, "99.9 % within {p999}, worst {worst}");
+    }
+}

@@ -37,7 +37,7 @@ pub struct Options {
     pub array: String,
     /// What is taken of a vector.
     pub component: Component,
-    /// The first view. Its size is that of the first window's picture where the screen has room.
+    /// The first view; its size counts for nothing, the window's does.
     pub view: View,
     /// The first thresholds.
     pub params: OctreeParams,
