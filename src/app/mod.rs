@@ -1,13 +1,15 @@
 //! The window: state, input, and jobs on threads. What it shows is computed by the library.
 //!
-//!     viewer     the window: what is open, what is chosen, what is shown, and what is on its way
-//!     panel      the widgets beside the picture
-//!     navigate   mouse and keys to cameras
-//!     settings   what the user has chosen
-//!     model      the long work: opening, regularizing, exact pictures, saving
-//!     jobs       work in the background, with progress, cancelled when dropped
-//!     pace       how fine to draw while the view moves
-//!     viewport   the picture on the GPU
+//! ```text
+//! viewer     the window: what is open, what is chosen, what is shown, and what is on its way
+//! panel      the widgets beside the picture
+//! navigate   mouse and keys to cameras
+//! settings   what the user has chosen
+//! model      the long work: opening, regularizing, exact pictures, saving
+//! jobs       work in the background, with progress, cancelled when dropped
+//! pace       how fine to draw while the view moves
+//! viewport   the picture on the GPU
+//! ```
 
 mod jobs;
 mod model;

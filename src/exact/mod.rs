@@ -3,10 +3,12 @@
 //! In a tet the scalar is linear along a ray. Cut at the transfer function's knots, a ray is a row of segments on which extinction and
 //! colour are linear, and for those emission and absorption are integrated to f64's precision: no step length, no sampling.
 //!
-//!     boundary   which faces a ray enters the mesh by (bounding volume hierarchy)
-//!     walk       from there from tet to tet, by exact signs, over what adjacency linked
-//!     transfer   cut at the knots of the transfer function
-//!     integral   light of each piece
+//! ```text
+//! boundary   which faces a ray enters the mesh by (bounding volume hierarchy)
+//! walk       from there from tet to tet, by exact signs, over what adjacency linked
+//! transfer   cut at the knots of the transfer function
+//! integral   light of each piece
+//! ```
 //!
 //! **Any mesh** draws right. Concave boundaries, holes and separate parts are several entries; seams of coincident points are left and
 //! entered again at the same place; tets without volume or with a missing value are not there, and what they touched is boundary; so are
