@@ -9,7 +9,7 @@ fn main() -> ExitCode {
         Err(error) => {
             #[expect(clippy::print_stderr, reason = "the one place where an error is said")]
             {
-                eprintln!("octetra: {error:#}");
+                eprintln!("octetra: {}", octetra::cli::one_line(&format!("{error:#}")));
             }
             ExitCode::FAILURE
         }

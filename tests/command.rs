@@ -124,6 +124,9 @@ fn what_cannot_be_done_is_said_in_one_line() {
     assert!(fails(&["render", "--tf", "jet"]).contains("viridis"));
     assert!(fails(&["render", "--camera", "camera.json"]).contains("camera.json"));
     assert!(fails(&["render", "-o", "no/such/folder/a.png"]).contains("no/such/folder"));
+    file("mesh.vtu", "");
+    assert!(fails(&["render", "mesh.vtu", "-o", "./mesh.vtu"]).contains("is the mesh"));
+    assert!(fails(&["render", "-o", "same", "--stats", "same"]).contains("two outputs"));
     assert!(fails(&["render", "--memory", "1MiB"]).contains("--memory"));
     assert!(fails(&["generate", "wing", "--tets", "3"]).contains("too few"));
 }

@@ -69,8 +69,6 @@ fn modules_import_lower_layers_only() {
         let Some(own) = layer(module) else { continue };
         for import in imports(&code).iter().filter(|import| *import != module) {
             let Some(other) = layer(import) else { continue };
-            // Within a layer: `view` rests on `geometry` alone, `format` writes through `image`; siblings of the second layer and up
-            // may not import each other, but mesh, view and image are one layer of plain data.
             assert!(other < own, "{file} (layer {own}) imports {import} (layer {other})");
             checked += 1;
         }

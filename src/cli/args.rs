@@ -67,7 +67,7 @@ impl MeshArgs {
         if need > limit {
             let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
             bail!(
-                "regularizing {} tets may take {:.0} MiB, the budget is {:.0} MiB; raise it with --memory",
+                "regularizing {} tets may take {:.2} MiB, the budget is {:.2} MiB; raise it with --memory",
                 mesh.tets().len(),
                 mib(need),
                 mib(limit)
@@ -221,7 +221,7 @@ impl From<DeviceArg> for DeviceChoice {
 
 impl ViewArgs {
     /// The transfer function, read and checked.
-    pub fn transfer_function(&self) -> Result<TransferFunction> {
+    fn transfer_function(&self) -> Result<TransferFunction> {
         if TransferFunction::PRESETS.contains(&self.tf.as_str()) || !(self.tf.contains(['.', '/']) || Path::new(&self.tf).exists()) {
             return Ok(TransferFunction::preset(&self.tf)?);
         }
@@ -231,12 +231,17 @@ impl ViewArgs {
     }
 
     /// The camera file, if one was named.
-    pub fn camera_file(&self) -> Result<Option<Camera>> {
+    fn camera_file(&self) -> Result<Option<Camera>> {
         self.camera.as_deref().map(|path| read_json(path, "a camera")).transpose()
     }
 
+    /// The files that a view is made from, read and checked before any long work.
+    pub fn files(&self) -> Result<(TransferFunction, Option<Camera>)> {
+        Ok((self.transfer_function()?, self.camera_file()?))
+    }
+
     /// The view of a mesh.
-    pub fn view(&self, mesh: &TetMesh) -> Result<View> {
+    pub fn view(&self, mesh: &TetMesh, (transfer_function, camera): (TransferFunction, Option<Camera>)) -> View {
         let orbit = || Camera::orbit(mesh.bounds().translated(mesh.center()), self.orbit, self.zoom);
         let settings = RenderSettings {
             renderer: match self.renderer {
@@ -250,7 +255,7 @@ impl ViewArgs {
             step_world: self.step,
             ..RenderSettings::new(self.size[0], self.size[1])
         };
-        Ok(View { camera: self.camera_file()?.unwrap_or_else(orbit), transfer_function: self.transfer_function()?, settings })
+        View { camera: camera.unwrap_or_else(orbit), transfer_function, settings }
     }
 }
 
@@ -260,14 +265,35 @@ fn read_json<T: serde::de::DeserializeOwned>(path: &Path, what: &str) -> Result<
     serde_json::from_str(&text).with_context(|| format!("{}: not {what}", path.display()))
 }
 
+/// Fails early if outputs cannot be written where they are to go, or if one would overwrite another or the mesh.
+pub fn check_outputs(mesh: &MeshArgs, outputs: &[Option<&PathBuf>]) -> Result<()> {
+    let same = |a: &Path, b: &Path| a == b || a.canonicalize().ok().is_some_and(|a| b.canonicalize().ok() == Some(a));
+    let outputs: Vec<&Path> = outputs.iter().flatten().map(|path| path.as_path()).collect();
+    for (i, &path) in outputs.iter().enumerate() {
+        if mesh.mesh.as_deref().is_some_and(|mesh| same(mesh, path)) {
+            bail!("{}: is the mesh, an output would overwrite it", path.display());
+        }
+        if outputs[..i].iter().any(|other| same(other, path)) {
+            bail!("{}: two outputs would go to this one file", path.display());
+        }
+        check_writable(path)?;
+    }
+    Ok(())
+}
+
 /// Fails early if a file cannot be written where it is to go.
 pub fn check_writable(path: &Path) -> Result<()> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    tempfile::Builder::new().prefix(".octetra-").tempfile_in(folder).with_context(|| path.display().to_string())?;
     if path.is_dir() {
         bail!("{}: is a folder, expected a file to write", path.display());
     }
-    Ok(())
+    if path.exists() && !path.is_file() {
+        return Ok(()); // a device or a pipe is written to as it is
+    }
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match tempfile::Builder::new().prefix(".octetra-").tempfile_in(folder) {
+        Ok(_) => Ok(()),
+        Err(e) => bail!("{}: the folder cannot be written to ({})", path.display(), e.kind()),
+    }
 }
 
 fn parse_preset(text: &str) -> Result<Preset, String> {

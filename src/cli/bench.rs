@@ -34,7 +34,7 @@ pub struct BenchCommand {
     #[arg(long, value_name = "D,D,..", value_delimiter = ',', default_value = "8,9,10",
           value_parser = clap::value_parser!(u8).range(1..=i64::from(OctreeParams::DEPTH_LIMIT)))]
     depths: Vec<u8>,
-    /// Choose W so that each depth has at most so many nodes; one number for all depths, or one each
+    /// Choose W so that each depth has at most so many nodes, if the other thresholds allow; one number for all depths, or one each
     #[arg(long, value_name = "N,N,..", value_delimiter = ',')]
     nodes: Vec<usize>,
     /// Builds of each depth, and frames of each view
@@ -48,7 +48,7 @@ impl BenchCommand {
         let mesh = self.mesh.read()?;
         let field = self.mesh.field(&mesh)?;
         self.mesh.check_budget(&mesh)?;
-        let view = self.view.view(&mesh)?;
+        let view = self.view.view(&mesh, self.view.files()?);
         let renderer = Renderer::new(self.view.device.into())?;
         say_if_fallen_back(&renderer);
         let exact = with_bar(|progress| -> Result<Image> {

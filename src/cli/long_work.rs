@@ -3,6 +3,7 @@
 use crate::progress::Progress;
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, LazyLock};
 use std::time::Duration;
@@ -11,10 +12,19 @@ use std::time::Duration;
 static PROGRESS: LazyLock<Arc<Progress>> = LazyLock::new(|| {
     let progress = Arc::new(Progress::new());
     let cancelled = progress.clone();
-    // Without a handler Ctrl-C ends the program at once, which loses nothing: files are renamed when they are whole.
-    let _ = ctrlc::set_handler(move || cancelled.cancel());
+    // The first Ctrl-C asks the work to stop; the next ends the program, and so does the first where no work runs (the window).
+    // Without a handler it always would, which loses nothing either: files are renamed when they are whole.
+    let _ = ctrlc::set_handler(move || {
+        if WORKING.load(Relaxed) == 0 || cancelled.check().is_err() {
+            std::process::exit(130);
+        }
+        cancelled.cancel();
+    });
     progress
 });
+
+/// How many pieces of long work run.
+static WORKING: AtomicUsize = AtomicUsize::new(0);
 
 /// Runs `work` with a bar that follows its progress.
 pub fn with_bar<T, E: Into<anyhow::Error>>(work: impl FnOnce(&Progress) -> Result<T, E>) -> Result<T> {
@@ -35,7 +45,9 @@ pub fn with_bar<T, E: Into<anyhow::Error>>(work: impl FnOnce(&Progress) -> Resul
             }
             bar.finish_and_clear();
         });
+        WORKING.fetch_add(1, Relaxed);
         let result = work(progress);
+        WORKING.fetch_sub(1, Relaxed);
         drop(done);
         result.map_err(Into::into)
     })

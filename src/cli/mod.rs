@@ -11,6 +11,7 @@ mod report;
 mod view;
 
 use clap::{Parser, Subcommand};
+pub use render::one_line;
 
 /// See inside tetrahedral meshes: an adaptive octree texture, ray-marched on the GPU, with an exact renderer beside it.
 #[derive(Debug, Parser)]

@@ -1,6 +1,6 @@
 //! `octetra regularize`: the octree texture for other programs.
 
-use super::args::{MeshArgs, OctreeArgs, check_writable};
+use super::args::{MeshArgs, OctreeArgs, check_outputs};
 use super::long_work::with_bar;
 use super::report::Report;
 use crate::image::{write_atomically, write_values_npy};
@@ -37,11 +37,12 @@ impl RegularizeCommand {
     /// Reads, regularizes, writes, and says what came out.
     pub fn run(self) -> Result<()> {
         let description = self.texture.as_ref().map(|path| path.with_extension("json"));
-        [&self.texture, &description, &self.stats].into_iter().flatten().try_for_each(|p| check_writable(p))?;
+        check_outputs(&self.mesh, &[self.texture.as_ref(), description.as_ref(), self.stats.as_ref()])?;
         let start = Instant::now();
         let mesh = self.mesh.read()?;
         let field = self.mesh.field(&mesh)?;
         let mut report = Report::new(&mesh, &field, start.elapsed().as_secs_f64());
+        report.params(&self.mesh, &field, &self.octree, None)?;
         self.mesh.check_budget(&mesh)?;
 
         let start = Instant::now();

@@ -1,14 +1,15 @@
 //! `octetra render`: a mesh into a picture.
 
-use super::args::{MeshArgs, OctreeArgs, RendererArg, ViewArgs, check_writable, parse_color};
+use super::args::{MeshArgs, OctreeArgs, RendererArg, ViewArgs, check_outputs, parse_color};
 use super::long_work::with_bar;
 use super::report::Report;
 use crate::image::{Background, write_npy, write_png};
 use crate::mesh::{ScalarField, TetMesh};
 use crate::octree::{OctreeTexture, regularize};
-use crate::render::{Renderer, Scene};
+use crate::render::{DeviceChoice, Renderer, Scene};
 use anyhow::Result;
 use clap::Args;
+use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -52,18 +53,20 @@ impl RenderCommand {
     /// Reads, regularizes, draws, writes.
     pub fn run(self) -> Result<()> {
         let output = self.output.clone().unwrap_or_else(|| format!("{}.png", self.mesh.stem()).into());
-        [Some(&output), self.raw.as_ref(), self.stats.as_ref()].into_iter().flatten().try_for_each(|p| check_writable(p))?;
-        self.view.transfer_function()?;
-        self.view.camera_file()?;
+        check_outputs(&self.mesh, &[Some(&output), self.raw.as_ref(), self.stats.as_ref()])?;
+        let files = self.view.files()?;
 
         let start = Instant::now();
         let mesh = self.mesh.read()?;
         let field = self.mesh.field(&mesh)?;
         let mut report = Report::new(&mesh, &field, start.elapsed().as_secs_f64());
-        let view = self.view.view(&mesh)?;
-        report.params(&self.mesh, &self.octree, &self.view, &view)?;
+        let view = self.view.view(&mesh, files);
+        report.params(&self.mesh, &field, &self.octree, Some((&self.view, &view)))?;
+        report.set("params", "background", if self.transparent { json!("transparent") } else { json!(self.background) });
 
-        let renderer = Renderer::new(self.view.device.into())?;
+        // The exact renderer needs no GPU.
+        let device = if self.view.renderer == RendererArg::Exact { DeviceChoice::Cpu } else { self.view.device.into() };
+        let renderer = Renderer::new(device)?;
         say_if_fallen_back(&renderer);
         let scene = self.scene(&renderer, &mesh, &field, &mut report)?;
         let picture = with_bar(|progress| renderer.render(&scene, &view, progress))?;
@@ -84,6 +87,9 @@ impl RenderCommand {
         self.mesh.check_budget(mesh)?;
         let start = Instant::now();
         let tree = with_bar(|progress| regularize(mesh, field, &self.octree.params(), progress))?;
+        if tree.leaf_count() == 0 {
+            note("no leaf's centre lies in the mesh, the picture is empty; try --boundary cells or a larger --initial-depth");
+        }
         let texture = OctreeTexture::encode(&tree)?;
         report.set("time", "regularize", start.elapsed().as_secs_f64());
         report.octree(&tree, &texture);
@@ -93,10 +99,19 @@ impl RenderCommand {
     }
 }
 
-/// Says once that there is no adapter.
+/// Says once that the CPU draws because no GPU can.
 pub fn say_if_fallen_back(renderer: &Renderer) {
-    if renderer.fell_back() {
-        // A closed stderr is no reason to draw nothing.
-        let _ = writeln!(std::io::stderr(), "octetra: no GPU adapter found, drawing on the CPU");
+    if let Some(reason) = renderer.fell_back() {
+        note(&format!("{}; drawing on the CPU", one_line(&reason.to_string())));
     }
+}
+
+/// Says something on stderr that is no error. A closed stderr is no reason to draw nothing.
+fn note(text: &str) {
+    let _ = writeln!(std::io::stderr(), "octetra: {text}");
+}
+
+/// A text of several lines as one.
+pub fn one_line(text: &str) -> String {
+    text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
 }

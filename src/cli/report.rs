@@ -2,7 +2,7 @@
 
 use super::args::{MeshArgs, OctreeArgs, ViewArgs};
 use crate::image::write_atomically;
-use crate::mesh::{ScalarField, TetMesh};
+use crate::mesh::{Component, ScalarField, TetMesh};
 use crate::octree::{Octree, OctreeTexture};
 use crate::render::{Picture, Renderer};
 use crate::view::{RendererKind, View};
@@ -22,7 +22,7 @@ impl Report {
                 "zero_volume": mesh.zero_volume_count(), "inverted": mesh.inverted_count(),
             },
             "field": { "array": field.name, "range": field.range },
-            "octree": null,
+            "octree": { "nodes": null, "leaves": null, "empty": null, "leaves_by_depth": null, "bytes": null },
             "boundary": { "bytes": 0 },
             "error": { "rmse_rel": null, "max_rel": null, "bound_rel": null },
             "time": { "load": load_s, "regularize": null, "upload": null, "frame": null, "frame_gpu": null, "intervals_gpu": null },
@@ -60,17 +60,24 @@ impl Report {
     }
 
     /// All flags as used.
-    pub fn params(&mut self, mesh: &MeshArgs, octree: &OctreeArgs, view: &ViewArgs, used: &View) -> Result<()> {
+    pub fn params(&mut self, mesh: &MeshArgs, field: &ScalarField, octree: &OctreeArgs, view: Option<(&ViewArgs, &View)>) -> Result<()> {
         let mut params = serde_json::to_value(octree.params()).context("parameters as JSON")?;
-        let others = json!({
-            "mesh": mesh.mesh, "array": mesh.array, "component": format!("{:?}", mesh.component), "memory": mesh.budget_bytes(),
-            "size": view.size, "camera": used.camera, "transfer_function": used.transfer_function,
-            "renderer": format!("{:?}", view.renderer).to_lowercase(), "device": format!("{:?}", view.device).to_lowercase(),
-            "steps": format!("{:?}", view.steps).to_lowercase(), "step": view.step,
-            "min_transmittance": used.settings.min_transmittance,
+        let component = match mesh.component {
+            Component::Magnitude => "magnitude".to_owned(),
+            Component::Index(i) => ["x", "y", "z"].get(i).map_or(i.to_string(), |&name| name.to_owned()),
+        };
+        let data = json!({ "mesh": mesh.mesh, "array": field.name, "component": component, "memory": mesh.budget_bytes() });
+        let seen = view.map(|(view, used)| {
+            json!({
+                "size": view.size, "camera": used.camera, "transfer_function": used.transfer_function,
+                "orbit": view.camera.is_none().then_some(view.orbit), "zoom": view.camera.is_none().then_some(view.zoom),
+                "renderer": format!("{:?}", view.renderer).to_lowercase(), "device": format!("{:?}", view.device).to_lowercase(),
+                "steps": format!("{:?}", view.steps).to_lowercase(), "step": view.step,
+                "min_transmittance": used.settings.min_transmittance,
+            })
         });
-        if let (Value::Object(all), Value::Object(others)) = (&mut params, others) {
-            all.extend(others);
+        if let Value::Object(all) = &mut params {
+            all.extend([Some(data), seen].into_iter().flatten().filter_map(|more| more.as_object().cloned()).flatten());
         }
         self.0["params"] = params;
         Ok(())

@@ -21,7 +21,7 @@ impl ViewCommand {
     pub fn run(self) -> Result<()> {
         let mesh = self.mesh.read()?;
         let field = self.mesh.field(&mesh)?;
-        let view = self.view.view(&mesh)?;
+        let view = self.view.view(&mesh, self.view.files()?);
         self.mesh.check_budget(&mesh)?;
         app::run(Options {
             name: self.mesh.stem(),

@@ -112,7 +112,7 @@ mod tests {
         assert!((gradient(&p, &s) - g).length() < 1e-12);
         let x = DVec3::new(1.2, 2.3, 0.7);
         let w = barycentric(x, &p);
-        assert!((0..4).map(|i| w[i] * s[i]).sum::<f64>() - (g.dot(x) + 5.0) < 1e-12);
+        assert!(((0..4).map(|i| w[i] * s[i]).sum::<f64>() - (g.dot(x) + 5.0)).abs() < 1e-12);
     }
 
     #[test]

@@ -11,12 +11,12 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     /// The system said no.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {cause}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
         /// What the system said.
-        source: io::Error,
+        cause: io::Error,
     },
     /// The file holds something else.
     #[error("{}: {found}, expected float32 of shape (height, width, 4)", path.display())]
@@ -27,17 +27,25 @@ pub enum ImageError {
         found: String,
     },
     /// The PNG encoder failed.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {cause}", path.display())]
     Png {
         /// The file.
         path: PathBuf,
         /// What the encoder said.
-        source: image::ImageError,
+        cause: image::ImageError,
     },
 }
 
-/// Writes to a temporary file beside `path` and renames it when `write` is done.
+/// Writes to a temporary file beside `path` and renames it when `write` is done. A link is followed; a device or a pipe is written to as it
+/// is.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let followed = std::fs::canonicalize(path).ok();
+    let path = followed.as_deref().unwrap_or(path);
+    if std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
+        let mut out = BufWriter::new(std::fs::OpenOptions::new().write(true).open(path)?);
+        write(&mut out)?;
+        return out.flush();
+    }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
@@ -59,14 +67,14 @@ pub fn write_png(path: &Path, image: &Image, background: Background) -> Result<(
     let mut png = Vec::new();
     PngEncoder::new(&mut png)
         .write_image(&image.to_bytes(background), image.width, image.height, color)
-        .map_err(|source| ImageError::Png { path: path.into(), source })?;
-    write_atomically(path, |out| out.write_all(&png)).map_err(|source| ImageError::Io { path: path.into(), source })
+        .map_err(|cause| ImageError::Png { path: path.into(), cause })?;
+    write_atomically(path, |out| out.write_all(&png)).map_err(|cause| ImageError::Io { path: path.into(), cause })
 }
 
 /// Writes the raw image: float32 of shape (height, width, 4).
 pub fn write_npy(path: &Path, image: &Image) -> Result<(), ImageError> {
     let shape = [u64::from(image.height), u64::from(image.width), 4];
-    write_values_npy(path, &shape, image.pixels.as_flattened()).map_err(|source| ImageError::Io { path: path.into(), source })
+    write_values_npy(path, &shape, image.pixels.as_flattened()).map_err(|cause| ImageError::Io { path: path.into(), cause })
 }
 
 /// Writes numbers as a C-ordered NPY array of this shape.
@@ -80,7 +88,7 @@ pub fn write_values_npy<T: npyz::AutoSerialize + Copy>(path: &Path, shape: &[u64
 
 /// Reads a raw image: float32 of shape (height, width, 4).
 pub fn read_npy(path: &Path) -> Result<Image, ImageError> {
-    let io = |source| ImageError::Io { path: path.into(), source };
+    let io = |cause| ImageError::Io { path: path.into(), cause };
     let file = io::BufReader::new(std::fs::File::open(path).map_err(io)?);
     let npy = npyz::NpyFile::new(file).map_err(io)?;
     let shape = npy.shape().to_vec();
@@ -112,6 +120,22 @@ mod tests {
         let back = image::open(&png).expect("a PNG").into_rgb8();
         assert_eq!(back.as_raw()[..], image.to_bytes(Background::Color([0.0; 3]))[..]);
         assert_eq!(std::fs::read_dir(folder.path()).expect("folder").count(), 2, "no temporary file stays");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn links_are_followed_and_devices_stay_devices() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        std::fs::write(&file, "old").expect("written");
+        std::os::unix::fs::symlink(&file, &link).expect("a link");
+        write_atomically(&link, |out| out.write_all(b"new")).expect("written");
+        assert_eq!(std::fs::read_to_string(&file).expect("read"), "new");
+        assert!(std::fs::symlink_metadata(&link).expect("a link").is_symlink());
+        let device = folder.path().join("full");
+        std::os::unix::fs::symlink("/dev/full", &device).expect("a link");
+        assert!(write_atomically(&device, |out| out.write_all(b"new")).is_err(), "no space on that device");
+        assert!(!std::fs::metadata("/dev/full").expect("the device").is_file());
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub struct FieldSelection {
 }
 
 /// Why a selection names no field.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FieldError {
     /// The mesh carries no arrays.
     #[error("the mesh has no point or cell arrays to show")]
@@ -57,10 +57,22 @@ pub enum FieldError {
         index: usize,
     },
     /// Every value is missing.
-    #[error("array \"{name}\" has no finite value on any tet with a volume")]
+    #[error("array \"{name}\" leaves nothing to show: of {tets} tets, {zero_volume} have no volume and every other misses a value")]
     AllMissing {
         /// The array.
         name: String,
+        /// How many tets there are.
+        tets: usize,
+        /// How many of them have no volume.
+        zero_volume: usize,
+    },
+    /// Values whose range cannot be told in f64.
+    #[error("array \"{name}\" ranges from {} to {}; values must stay within 1e300", .range[0], .range[1])]
+    TooLarge {
+        /// The array.
+        name: String,
+        /// Smallest and largest value.
+        range: [f64; 2],
     },
 }
 
@@ -83,9 +95,10 @@ impl ScalarField {
         let (association, array) = find(mesh, selection.name.as_deref())?;
         let values: Vec<f64> = match selection.component {
             _ if array.components == 1 => (0..array.values.len()).map(|i| array.values.get(i)).collect(),
-            Component::Magnitude => (0..array.tuples())
-                .map(|t| (0..array.components).map(|c| array.values.get(t * array.components + c).powi(2)).sum::<f64>().sqrt())
-                .collect(),
+            Component::Magnitude => {
+                let component = |t: usize, c: usize| array.values.get(t * array.components + c);
+                (0..array.tuples()).map(|t| (0..array.components).fold(0.0, |length: f64, c| length.hypot(component(t, c)))).collect()
+            }
             Component::Index(index) if index < array.components => {
                 (0..array.tuples()).map(|t| array.values.get(t * array.components + index)).collect()
             }
@@ -94,9 +107,13 @@ impl ScalarField {
             }
         };
         let field = Self::new(array.name.clone(), association, values);
-        let all_missing = || FieldError::AllMissing { name: field.name.clone() };
+        let all_missing =
+            || FieldError::AllMissing { name: field.name.clone(), tets: mesh.tets().len(), zero_volume: mesh.zero_volume_count() };
         if field.range[0] > field.range[1] || !(0..mesh.tets().len()).any(|t| field.is_usable(mesh, t)) {
             return Err(all_missing());
+        }
+        if field.range.iter().any(|v| v.abs() > 1e300) {
+            return Err(FieldError::TooLarge { name: field.name, range: field.range });
         }
         Ok(field)
     }
@@ -120,7 +137,7 @@ impl ScalarField {
         if hi > lo { (value - lo) / (hi - lo) } else { value * 0.0 }
     }
 
-    /// The normalised values at a tet's corners: linear between them for a point field, four times the cell's for a cell field.
+    /// The normalised values at a tet's corners: linear between them for a point field, the cell's value four times over for a cell field.
     /// Any NaN among them makes the tet missing.
     pub fn at_corners(&self, mesh: &TetMesh, tet: usize) -> [f64; 4] {
         match self.association {
@@ -224,6 +241,15 @@ mod tests {
         let points = field.at_points(&mesh);
         assert_eq!((points[0], points[4]), (0.0, 1.0));
         assert!((points[1] - v1 / (v0 + v1)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn values_beyond_arithmetic_are_refused() {
+        let mesh = two_tets(vec![array("s", 1, &[-1.2e308, 1.2e308, 0.0, 0.0, 0.0])], vec![]);
+        assert!(matches!(ScalarField::select(&mesh, &FieldSelection::default()), Err(FieldError::TooLarge { .. })));
+        let long = two_tets(vec![array("v", 2, &[3e200, 4e200, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])], vec![]);
+        let length = ScalarField::select(&long, &FieldSelection::default()).expect("a magnitude").values[0];
+        assert!((length / 5e200 - 1.0).abs() < 1e-12, "{length}");
     }
 
     #[test]

@@ -33,7 +33,8 @@ pub struct OctreeParams {
     pub initial_cell_tets: f64,
     /// The uniform depth itself, overriding U.
     pub initial_depth: Option<u8>,
-    /// V: a cell with fewer than V tets is a leaf. Below 4 every cell splits down to single tets.
+    /// V: a cell with fewer than V tets is a leaf. At 2 cells split until each holds one tet; around a vertex, where about 24 meet,
+    /// that is down to the maximum depth.
     pub max_leaf_tets: u32,
     /// W: a cell whose distinct vertices' normalised scalars have a population variance below W is a leaf. Values are in [0, 1], so
     /// 1e-4 stands for a standard deviation of 1 % of the range.

@@ -136,7 +136,6 @@ impl Regularizer<'_> {
                 self.localize(cell, tets, scratch);
                 let mut levels = Vec::new();
                 let all: Vec<u32> = (0..tets.len() as u32).collect();
-                self.progress.check()?;
                 self.divide_local(cell.depth, Vec3::ZERO, 1.0, &all, scratch, &mut levels, 0)?;
                 self.progress.add(cell.share());
                 Ok(levels)
@@ -272,7 +271,9 @@ impl Regularizer<'_> {
         scratch.local.prepare(&self.source, tets, center, half);
     }
 
+    /// Counts a block; stops where there are too many, or on request.
     fn add_block(&self) -> Result<(), RegularizeError> {
+        self.progress.check()?;
         if self.blocks.fetch_add(1, Relaxed) >= MAX_BLOCKS { Err(RegularizeError::TooLarge) } else { Ok(()) }
     }
 

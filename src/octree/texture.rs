@@ -232,6 +232,9 @@ impl OctreeTexture {
         if self.texels.len() != size.x as usize * size.y as usize * size.z as usize {
             return invalid(format!("{} texels for a size of {size}", self.texels.len()));
         }
+        if self.depth == 0 {
+            return Ok(()); // an octree without levels has no block
+        }
         let (mut level, mut next, mut depth) = (0..1u32, 1u32, 1u8);
         while !level.is_empty() {
             for block in level.clone() {

@@ -42,7 +42,7 @@ pub enum RenderError {
 /// Makes pictures, on one device.
 pub struct Renderer {
     gpu: Option<Gpu>,
-    no_adapter: bool,
+    unusable: Option<GpuError>,
 }
 
 struct Gpu {
@@ -71,38 +71,37 @@ pub struct Picture {
     pub image: Image,
     /// Leaves or samples that rays looked up; `None` for the exact renderer.
     pub samples: Option<u64>,
-    /// Seconds from the first ray to the last, without readback.
+    /// Seconds from the first ray to the last, on the GPU with the copy for the readback.
     pub wall_s: f64,
     /// Seconds on the GPU by its own timestamps; `None` where there are none to trust.
     pub gpu_s: Option<f64>,
 }
 
 impl Renderer {
-    /// Opens a device. With [`DeviceChoice::Auto`] a machine without an adapter gives the CPU, see [`Renderer::fell_back`].
+    /// Opens a device. With [`DeviceChoice::Auto`] a machine without an adapter that works gives the CPU, see [`Renderer::fell_back`].
     pub fn new(choice: DeviceChoice) -> Result<Self, RenderError> {
         let open = || -> Result<Gpu, GpuError> {
             let context = gpu::Context::new()?;
             Ok(Gpu { marcher: gpu::Marcher::new(&context)?, context })
         };
         match choice {
-            DeviceChoice::Cpu => Ok(Renderer { gpu: None, no_adapter: false }),
-            DeviceChoice::Gpu => Ok(Renderer { gpu: Some(open()?), no_adapter: false }),
+            DeviceChoice::Cpu => Ok(Renderer { gpu: None, unusable: None }),
+            DeviceChoice::Gpu => Ok(Renderer { gpu: Some(open()?), unusable: None }),
             DeviceChoice::Auto => match open() {
-                Ok(gpu) => Ok(Renderer { gpu: Some(gpu), no_adapter: false }),
-                Err(GpuError::NoAdapter) => Ok(Renderer { gpu: None, no_adapter: true }),
-                Err(e) => Err(e.into()),
+                Ok(gpu) => Ok(Renderer { gpu: Some(gpu), unusable: None }),
+                Err(e) => Ok(Renderer { gpu: None, unusable: Some(e) }),
             },
         }
     }
 
     /// Draws on a device that is open already, the window's.
     pub fn on(context: gpu::Context) -> Result<Self, RenderError> {
-        Ok(Renderer { gpu: Some(Gpu { marcher: gpu::Marcher::new(&context)?, context }), no_adapter: false })
+        Ok(Renderer { gpu: Some(Gpu { marcher: gpu::Marcher::new(&context)?, context }), unusable: None })
     }
 
-    /// Whether the CPU serves only because there is no adapter.
-    pub fn fell_back(&self) -> bool {
-        self.no_adapter
+    /// Why the CPU serves though a GPU would have been taken: there is no adapter, or none that works.
+    pub fn fell_back(&self) -> Option<&GpuError> {
+        self.unusable.as_ref()
     }
 
     /// (name, backend, driver) of the adapter; `None` on the CPU.

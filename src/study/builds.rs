@@ -95,7 +95,10 @@ pub fn thresholds_for(
     progress: &Progress,
 ) -> Result<OctreeParams, RegularizeError> {
     let with = |w: f64| OctreeParams { max_leaf_variance: w, ..params.clone() };
-    let count = |w: f64| regularize(mesh, field, &with(w), progress).map(|tree| tree.node_count());
+    let count = |w: f64| match regularize(mesh, field, &with(w), progress) {
+        Err(RegularizeError::TooLarge) => Ok(usize::MAX),
+        built => built.map(|tree| tree.node_count()),
+    };
     if count(0.0)? <= nodes {
         return Ok(with(0.0));
     }

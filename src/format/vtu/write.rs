@@ -32,12 +32,12 @@ pub enum Compression {
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The system said no.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {cause}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
         /// What the system said.
-        source: io::Error,
+        cause: io::Error,
     },
     /// The caller stopped it.
     #[error(transparent)]
@@ -69,7 +69,7 @@ pub fn write_mesh(path: &Path, mesh: &dyn LayeredMesh, compression: Compression,
     };
     written.map_err(|source| match source.downcast::<Cancelled>() {
         Ok(cancelled) => cancelled.into(),
-        Err(source) => WriteError::Io { path: path.into(), source },
+        Err(cause) => WriteError::Io { path: path.into(), cause },
     })
 }
 
