@@ -1,6 +1,6 @@
 //! `octetra bench`: the paper's build table, and frame times over the orbit.
 
-use super::args::{MeshArgs, OctreeArgs, ViewArgs};
+use super::args::{MeshArgs, OctreeArgs, RendererArg, ViewArgs};
 use super::long_work::with_bar;
 use super::render::say_if_fallen_back;
 use crate::image::{Image, psnr};
@@ -9,7 +9,7 @@ use crate::octree::OctreeParams;
 use crate::render::{Renderer, Scene};
 use crate::study::{Build, Frames, PaperTable, orbit_frames, thresholds_for};
 use crate::view::{RendererKind, Steps, View};
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 use std::io::Write;
 
@@ -45,6 +45,8 @@ pub struct BenchCommand {
 impl BenchCommand {
     /// Builds and draws at each depth and prints the tables.
     pub fn run(self) -> Result<()> {
+        ensure!(self.octree.max_depth.is_none(), "bench builds the depths that --depths names, not --max-depth");
+        ensure!(self.view.renderer == RendererArg::Octree, "bench times the octree renderer; the exact one is what it compares with");
         let mesh = self.mesh.read()?;
         let field = self.mesh.field(&mesh)?;
         self.mesh.check_budget(&mesh)?;

@@ -18,7 +18,10 @@ impl InfoCommand {
     /// Reads the mesh and says what it holds.
     pub fn run(self) -> Result<()> {
         let mesh = self.mesh.read()?;
-        let field = ScalarField::select(&mesh, &Default::default()).ok();
+        let field = match self.mesh.array {
+            Some(_) => Some(self.mesh.field(&mesh)?),
+            None => ScalarField::select(&mesh, &Default::default()).ok(),
+        };
         let mut out = io::stdout().lock();
         describe(&mut out, &mesh, field.as_ref())?;
         Ok(())
@@ -39,7 +42,7 @@ fn describe(out: &mut impl Write, mesh: &TetMesh, shown: Option<&ScalarField>) -
     writeln!(out, "octree        uniform to depth {depth} by default")?;
     for (of, arrays) in [("point", mesh.point_data()), ("cell", mesh.cell_data())] {
         for array in arrays {
-            let mark = if shown.is_some_and(|f| f.name == array.name) { "  <- shown by default" } else { "" };
+            let mark = if shown.is_some_and(|f| f.name == array.name) { "  <- shown" } else { "" };
             writeln!(out, "{of:<5} array   {}  {}{mark}", array.name, ranges(array))?;
         }
     }

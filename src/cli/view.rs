@@ -1,8 +1,8 @@
 //! `octetra view`: the window.
 
-use super::args::{MeshArgs, OctreeArgs, ViewArgs};
+use super::args::{DeviceArg, MeshArgs, OctreeArgs, ViewArgs};
 use crate::app::{self, Options};
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 
 /// `octetra view`, and plain `octetra`.
@@ -19,6 +19,7 @@ pub struct ViewCommand {
 impl ViewCommand {
     /// Reads the mesh and opens the window on it.
     pub fn run(self) -> Result<()> {
+        ensure!(!matches!(self.view.device, DeviceArg::Cpu), "the window draws on a GPU; octetra render --device cpu draws without one");
         let mesh = self.mesh.read()?;
         let field = self.mesh.field(&mesh)?;
         let view = self.view.view(&mesh, self.view.files()?);
