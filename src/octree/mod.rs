@@ -9,7 +9,7 @@ mod sampling;
 mod texture;
 mod tree;
 
-pub use params::{Boundary, OctreeParams, ParamsError, Preset, Sampling};
+pub use params::{Boundary, OctreeParams, ParamsError, Preset, Reconstruction, Sampling};
 pub use procedural::CellKind;
 pub use regularize::{RegularizeError, regularize, working_bytes};
 pub use texture::{Node, OctreeTexture, TextureError};

@@ -12,6 +12,19 @@ pub enum Sampling {
     Tets,
     /// Inverse distance to the vertices of the leaf's tets (method 1, the paper's).
     Vertices,
+    /// The mean over the box around the sample point, of a leaf's size, where a leaf holds many tets; else as [`Sampling::Tets`].
+    Average,
+}
+
+/// What the field is between the samples of the octree.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Reconstruction {
+    /// Samples at the corners of leaves, trilinear inside: without a jump across leaf faces, and exact for linear fields.
+    #[default]
+    Continuous,
+    /// One sample a leaf, constant inside: the paper's.
+    Leaf,
 }
 
 /// What a leaf is that the mesh's surface cuts.
@@ -21,8 +34,10 @@ pub enum Boundary {
     /// Full if any tet overlaps it: the paper read literally.
     Cells,
     /// Full if its centre lies in the mesh.
-    #[default]
     Centres,
+    /// Full if any tet overlaps it, and rays are cut to where they are inside the mesh's surface.
+    #[default]
+    Mesh,
 }
 
 /// The thresholds of the regularization (method 1.1).
@@ -39,12 +54,17 @@ pub struct OctreeParams {
     /// W: a cell whose distinct vertices' normalised scalars have a population variance below W is a leaf. Values are in [0, 1], so
     /// 1e-4 stands for a standard deviation of 1 % of the range.
     pub max_leaf_variance: f64,
+    /// R: a cell in which the reconstruction is estimated to differ from the field by no more than this is a leaf; relative to the
+    /// field's range. `None` leaves it to V and W.
+    pub tolerance: Option<f64>,
     /// Dmax: no cell is deeper. 1 to [`OctreeParams::DEPTH_LIMIT`]; the paper uses 9.
     pub max_depth: u8,
     /// How a leaf's value is found.
     pub sampling: Sampling,
     /// What a leaf cut by the surface is.
     pub boundary: Boundary,
+    /// What the field is between samples.
+    pub reconstruction: Reconstruction,
 }
 
 /// Named settings.
@@ -87,9 +107,11 @@ impl Preset {
             initial_depth: None,
             max_leaf_tets: 12,
             max_leaf_variance: 5e-4,
+            tolerance: None,
             max_depth: 9,
             sampling: Sampling::Tets,
             boundary: Boundary::Centres,
+            reconstruction: Reconstruction::Leaf,
         };
         match self {
             Preset::Paper => OctreeParams { sampling: Sampling::Vertices, ..balanced },

@@ -171,8 +171,8 @@ impl LocalTets {
         }
         let value = match (params.sampling, holder) {
             (Sampling::Vertices, _) => self.inverse_distance_to_vertices(source, tets, center, half, visited),
-            (Sampling::Tets, Some(tet)) => self.value_in(tet, center.as_dvec3()),
-            (Sampling::Tets, None) => self.inverse_distance_to_tets(source, tets, center),
+            (Sampling::Tets | Sampling::Average, Some(tet)) => self.value_in(tet, center.as_dvec3()),
+            (Sampling::Tets | Sampling::Average, None) => self.inverse_distance_to_tets(source, tets, center),
         };
         let value = value.clamp(0.0, 1.0) as f32;
         let [lo, hi] = self.range(tets, center.as_dvec3(), f64::from(half));

@@ -224,6 +224,15 @@ impl OctreeTexture {
         (Node::Empty, self.depth)
     }
 
+    /// The normalised value of the reconstructed field at `unit`, a position in the root cube with coordinates in [0, 1); `None` where the
+    /// octree is empty.
+    pub fn value_at(&self, unit: DVec3) -> Option<f32> {
+        match self.lookup(unit) {
+            (Node::Leaf { value, .. }, _) => Some(value),
+            _ => None,
+        }
+    }
+
     /// Walks the whole structure: every block is reached exactly once in breadth-first order, every leaf names its own depth, and
     /// texels that no cell owns are empty.
     pub fn validate(&self) -> Result<(), TextureError> {
