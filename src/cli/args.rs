@@ -3,7 +3,7 @@
 use super::long_work::with_bar;
 use crate::format;
 use crate::mesh::{Component, FieldSelection, ScalarField, TetMesh, generate};
-use crate::octree::{Boundary, OctreeParams, Preset, Sampling};
+use crate::octree::{Boundary, OctreeParams, Preset, Reconstruction, Sampling};
 use crate::progress::Progress;
 use crate::render::DeviceChoice;
 use crate::view::{Camera, RenderSettings, RendererKind, Steps, TransferFunction, View};
@@ -96,52 +96,81 @@ pub struct OctreeArgs {
     /// U: cells are divided uniformly down to the first depth d with tets / 8^d < U
     #[arg(long, value_name = "U", value_parser = parse_positive, conflicts_with = "initial_depth")]
     pub initial_cell_tets: Option<f64>,
+    /// R: refine until the reconstruction is estimated to be within R of the field, in parts of its range, wherever Dmax allows
+    #[arg(long, value_name = "R", value_parser = parse_not_negative)]
+    pub tolerance: Option<f64>,
     /// The uniform depth itself
     #[arg(long, value_name = "D0", value_parser = clap::value_parser!(u8).range(1..=i64::from(OctreeParams::DEPTH_LIMIT)))]
     pub initial_depth: Option<u8>,
-    /// A leaf's value: by inverse distance to its tets, or to their vertices (the paper's) [default: the preset's]
+    /// What a sample is [default: the preset's]
     #[arg(long, value_enum)]
     pub sampling: Option<SamplingArg>,
-    /// Leaves that the mesh's surface cuts: full if any tet overlaps them, or if their centre lies in the mesh [default: centres]
+    /// Where the volume ends, and what leaves are that the mesh's surface cuts [default: the preset's]
     #[arg(long, value_enum)]
     pub boundary: Option<BoundaryArg>,
+    /// What the field is between samples [default: the preset's]
+    #[arg(long, value_enum)]
+    pub reconstruction: Option<ReconstructionArg>,
 }
 
 /// Values of `--sampling`.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum SamplingArg {
-    /// Inverse distance to tets.
+    /// By inverse distance to the leaf's tets: the mesh's own value inside it
     Tets,
-    /// Inverse distance to vertices.
+    /// By inverse distance to their vertices: the paper's
     Vertices,
+    /// The mean over a leaf's box where that holds many tets, else as tets
+    Average,
 }
 
 /// Values of `--boundary`.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum BoundaryArg {
-    /// Any tet fills a leaf.
+    /// Leaves are full if any tet overlaps them: the paper read literally
     Cells,
-    /// The centre decides.
+    /// Leaves are full if their centre lies in the mesh
     Centres,
+    /// Rays enter and leave exactly at the mesh's surface
+    Mesh,
+}
+
+/// Values of `--reconstruction`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum ReconstructionArg {
+    /// Trilinear between samples at the leaves' corners, without a jump anywhere
+    Continuous,
+    /// One sample a leaf: the paper's
+    Leaf,
 }
 
 impl OctreeArgs {
     /// The parameters: the preset's, overridden one by one.
     pub fn params(&self) -> OctreeParams {
         let base = self.preset.unwrap_or(Preset::Balanced).params();
+        // Who tunes V or W wants them to decide.
+        let by_thresholds = self.max_leaf_tets.is_some() || self.max_leaf_variance.is_some();
+        let base = if by_thresholds && self.tolerance.is_none() { base.by_thresholds() } else { base };
         OctreeParams {
             initial_cell_tets: self.initial_cell_tets.unwrap_or(base.initial_cell_tets),
             initial_depth: self.initial_depth.or(base.initial_depth),
             max_leaf_tets: self.max_leaf_tets.unwrap_or(base.max_leaf_tets),
             max_leaf_variance: self.max_leaf_variance.unwrap_or(base.max_leaf_variance),
+            tolerance: self.tolerance.or(base.tolerance),
             max_depth: self.max_depth.unwrap_or(base.max_depth),
             sampling: self.sampling.map_or(base.sampling, |s| match s {
                 SamplingArg::Tets => Sampling::Tets,
                 SamplingArg::Vertices => Sampling::Vertices,
+                SamplingArg::Average => Sampling::Average,
             }),
             boundary: self.boundary.map_or(base.boundary, |b| match b {
                 BoundaryArg::Cells => Boundary::Cells,
                 BoundaryArg::Centres => Boundary::Centres,
+                BoundaryArg::Mesh => Boundary::Mesh,
+            }),
+            reconstruction: self.reconstruction.map_or(base.reconstruction, |r| match r {
+                ReconstructionArg::Continuous => Reconstruction::Continuous,
+                ReconstructionArg::Leaf => Reconstruction::Leaf,
             }),
         }
     }

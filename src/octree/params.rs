@@ -132,6 +132,14 @@ impl OctreeParams {
     /// The deepest tree that the texture's alpha channel can name (`10 * 25 = 250`).
     pub const DEPTH_LIMIT: u8 = 25;
 
+    /// These settings with V and W of the paper's rule instead of a tolerance.
+    pub fn by_thresholds(self) -> Self {
+        if self.tolerance.is_none() {
+            return self;
+        }
+        OctreeParams { tolerance: None, initial_cell_tets: 4.0, max_leaf_tets: 12, max_leaf_variance: 5e-4, ..self }
+    }
+
     /// Checks every number.
     pub fn validate(&self) -> Result<(), ParamsError> {
         let depth = |d: u8| (1..=Self::DEPTH_LIMIT).contains(&d);
@@ -144,6 +152,7 @@ impl OctreeParams {
                 self.initial_cell_tets.is_finite() && self.initial_cell_tets > 0.0,
             ),
             ("initial_depth", f64::from(initial_depth), "1 to 25", depth(initial_depth)),
+            ("tolerance", self.tolerance.unwrap_or(0.0), "a number from 0", self.tolerance.unwrap_or(0.0) >= 0.0),
             ("max_leaf_variance", self.max_leaf_variance, "a number from 0", self.max_leaf_variance >= 0.0),
             ("max_depth", f64::from(self.max_depth), "1 to 25", depth(self.max_depth)),
         ];
