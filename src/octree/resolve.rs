@@ -1,0 +1,158 @@
+//! Making the samples of neighbouring leaves agree, so that the reconstructed field has no jump anywhere.
+//!
+//! A lattice point that lies on a coarser leaf, but is none of its corners, *hangs*: whatever its own sample, the field there is the coarser
+//! leaf's, so it takes that value. All other points get one sample of all leaves that touch them. Both need a block's neighbours, which are
+//! carried down level by level: a cell's 26 neighbours are children of its parent's.
+
+use super::brick::{Brick, LATTICE, corner_of_child, lattice_point, offset, trilinear};
+use super::lattice::{Lattice, Sample};
+use super::{Level, Octree};
+use glam::{IVec3, UVec3, Vec3};
+use rayon::prelude::*;
+
+/// Cells of one depth around a cell, itself in the middle: number `(x + 1) + 3 (y + 1) + 9 (z + 1)` for offsets from -1 to 1.
+type Around = [Neighbour; 27];
+
+/// The number of the cell itself.
+const SELF: usize = 13;
+
+/// A cell beside another, of the same depth or, where that is a leaf, of a smaller one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Neighbour {
+    /// Outside the root, or without tets.
+    Empty,
+    /// Interior: the number of its block in its level.
+    Block(u32),
+    /// A leaf: child `child` of block `block` of level `level`.
+    Leaf { level: u8, child: u8, block: u32 },
+}
+
+/// A block of the level at hand.
+struct Place {
+    /// The block's cell, in cells of its depth.
+    position: UVec3,
+    around: Around,
+    /// Which child of which block the cell is.
+    parent: (u32, u8),
+}
+
+/// Gives every block of the tree its brick. `lattices` are the leaves' own samples, a block each, level by level.
+pub(super) fn resolve(tree: &mut Octree, lattices: &[Vec<Lattice>]) {
+    let mut around = [Neighbour::Empty; 27];
+    around[SELF] = Neighbour::Block(0);
+    let mut places = vec![Place { position: UVec3::ZERO, around, parent: (0, 0) }];
+    for level in 0..tree.levels.len() {
+        let bricks = places.par_iter().map(|place| brick(tree, lattices, level, place)).collect();
+        let here = &mut tree.levels[level];
+        here.bricks = bricks;
+        widen_ranges(here);
+        places = below(&tree.levels[level], level, &places);
+    }
+}
+
+/// The final samples of a block.
+fn brick(tree: &Octree, lattices: &[Vec<Lattice>], level: usize, place: &Place) -> Brick {
+    Brick::encode(&std::array::from_fn(|i| {
+        let point = UVec3::from_array(lattice_point(i));
+        if level > 0 && point % 2 == UVec3::ZERO {
+            // A corner of the block's cell is a lattice point of the parent's block, and settled.
+            let (block, child) = place.parent;
+            let corner = (point.x / 2) | (point.y / 2) << 1 | (point.z / 2) << 2;
+            return tree.levels[level - 1].bricks[block as usize].get(corner_of_child(u32::from(child), corner));
+        }
+        let mut sample = Sample::default();
+        let mut coarsest: Option<(u8, f32)> = None;
+        // In the order of their places, which is the same whichever of the blocks asks.
+        for (number, step) in touching(point) {
+            match place.around[number] {
+                Neighbour::Empty => {}
+                Neighbour::Block(block) => {
+                    let there = (point.as_ivec3() - 2 * step).as_uvec3();
+                    sample.merge(lattices[level][block as usize].0[super::brick::lattice_index(there.x, there.y, there.z)]);
+                }
+                Neighbour::Leaf { level: shallow, child, block } => {
+                    if coarsest.is_none_or(|(found, _)| shallow < found) {
+                        let corners = tree.levels[shallow as usize].bricks[block as usize].corners(u32::from(child));
+                        let cell = (place.position.as_ivec3() + step).as_uvec3();
+                        coarsest = Some((shallow, trilinear(&corners, within(cell, level, shallow, place.position * 2 + point))));
+                    }
+                }
+            }
+        }
+        coarsest.map_or_else(|| sample.value(), |(_, value)| value)
+    }))
+}
+
+/// The cells around a block's cell that touch one of its lattice points, itself included: number and offset, z slowest.
+fn touching(point: UVec3) -> impl Iterator<Item = (usize, IVec3)> {
+    let steps = |c: u32| match c {
+        0 => -1..=0,
+        1 => 0..=0,
+        _ => 0..=1,
+    };
+    steps(point.z).flat_map(move |z| {
+        steps(point.y).flat_map(move |y| steps(point.x).map(move |x| ((x + 1 + 3 * (y + 1) + 9 * (z + 1)) as usize, IVec3::new(x, y, z))))
+    })
+}
+
+/// Where in the leaf of level `shallow` that holds `cell` (of the depth of `level`'s cells) a lattice point lies, in [0, 1]^3. `point` is in
+/// half cells of that depth.
+fn within(cell: UVec3, level: usize, shallow: u8, point: UVec3) -> Vec3 {
+    // Children of level l have depth l + 1, the cells of its blocks depth l.
+    let up = level as u32 - (u32::from(shallow) + 1);
+    let low = (cell >> up) << (up + 1);
+    (point - low).as_vec3() / (2u32 << up) as f32
+}
+
+/// The blocks of the next level, with their neighbours.
+fn below(level: &Level, number: usize, places: &[Place]) -> Vec<Place> {
+    let mut first = 0;
+    let first_child: Vec<u32> = level.interior.iter().map(|mask| (first, first += mask.count_ones()).0).collect();
+    let child_at = |neighbour: Neighbour, child: u32| match neighbour {
+        Neighbour::Block(block) => {
+            let (interior, leaf) = (level.interior[block as usize], level.leaf[block as usize]);
+            if interior >> child & 1 == 1 {
+                let before = interior & ((1 << child) - 1);
+                Neighbour::Block(first_child[block as usize] + before.count_ones())
+            } else if leaf >> child & 1 == 1 {
+                Neighbour::Leaf { level: number as u8, child: child as u8, block }
+            } else {
+                Neighbour::Empty
+            }
+        }
+        other => other,
+    };
+    let children = |(block, place): (usize, &Place)| {
+        let interior = level.interior[block];
+        let position = place.position;
+        let around = place.around;
+        (0..8u32).filter(move |i| interior >> i & 1 == 1).map(move |i| {
+            let child = offset(i);
+            let at = |number: usize| {
+                let step = UVec3::from_array(lattice_point(number)).as_ivec3() - 1;
+                let beside = child.as_ivec3() + step; // -1 to 2 in children of the block
+                let cell = beside.div_euclid(IVec3::splat(2)) + 1;
+                let inside = beside.rem_euclid(IVec3::splat(2));
+                child_at(around[(cell.x + 3 * cell.y + 9 * cell.z) as usize], (inside.x + 2 * inside.y + 4 * inside.z) as u32)
+            };
+            Place { position: position * 2 + child, around: std::array::from_fn(at), parent: (block as u32, i as u8) }
+        })
+    };
+    places.par_iter().enumerate().flat_map_iter(children).collect()
+}
+
+/// Extends the ranges of leaves to what the reconstruction takes in them: its extremes lie at corners.
+fn widen_ranges(level: &mut Level) {
+    let mut leaf = 0;
+    for (&mask, brick) in level.leaf.iter().zip(&level.bricks) {
+        for i in (0..8).filter(|i| mask >> i & 1 == 1) {
+            let range = &mut level.range[leaf];
+            for corner in brick.corners(i) {
+                *range = [range[0].min(corner), range[1].max(corner)];
+            }
+            leaf += 1;
+        }
+    }
+}
+
+const _: () = assert!(LATTICE == 27, "neighbours are numbered as lattice points are");
