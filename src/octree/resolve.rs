@@ -156,3 +156,136 @@ fn widen_ranges(level: &mut Level) {
 }
 
 const _: () = assert!(LATTICE == 27, "neighbours are numbered as lattice points are");
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Boundary, OctreeParams, OctreeTexture, Reconstruction, Sampling, regularize};
+    use crate::mesh::generate::{Shape, plan};
+    use crate::mesh::{Association, ScalarField, TetMesh, collect};
+    use crate::progress::Progress;
+    use glam::DVec3;
+
+    struct Random(u64);
+
+    impl Random {
+        fn next(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        }
+
+        fn point(&mut self) -> DVec3 {
+            DVec3::new(self.next(), self.next(), self.next())
+        }
+    }
+
+    fn ball(tets: u64) -> TetMesh {
+        collect(&*plan(Shape::Ball, Some(tets)).expect("a size that can be made")).expect("valid")
+    }
+
+    fn field(mesh: &TetMesh, f: impl Fn(DVec3) -> f64) -> ScalarField {
+        ScalarField::new("f".into(), Association::Points, mesh.points().iter().map(|&p| f(p)).collect())
+    }
+
+    /// Thin waves along one axis on one side, hardly anything on the other: leaves of many depths beside each other.
+    fn waves(p: DVec3) -> f64 {
+        p.y + (30.0 * p.x).sin() * (p.x + p.z).max(0.0).powi(2)
+    }
+
+    fn texture(mesh: &TetMesh, field: &ScalarField, params: &OctreeParams) -> OctreeTexture {
+        OctreeTexture::encode(&regularize(mesh, field, params, &Progress::new()).expect("regularizes")).expect("fits")
+    }
+
+    fn params(max_depth: u8, tolerance: f64) -> OctreeParams {
+        OctreeParams {
+            max_depth,
+            tolerance: Some(tolerance),
+            initial_depth: Some(2),
+            max_leaf_tets: 0,
+            max_leaf_variance: 0.0,
+            boundary: Boundary::Mesh,
+            reconstruction: Reconstruction::Continuous,
+            ..OctreeParams::default()
+        }
+    }
+
+    #[test]
+    fn there_is_no_jump_across_faces_edges_and_corners() {
+        let mesh = ball(12_000);
+        let field = field(&mesh, waves);
+        for sampling in [Sampling::Tets, Sampling::Vertices, Sampling::Average] {
+            let texture = texture(&mesh, &field, &OctreeParams { sampling, ..params(9, 0.02) });
+            let (mut random, mut checked, mut mixed) = (Random(1), 0, 0);
+            while checked < 60_000 {
+                let mut at = random.point();
+                let Some((_, depth)) = texture.corners_at(at) else { continue };
+                // Onto one, two or three of the leaf's faces.
+                let cells = f64::from(1 << depth);
+                let axes = 1 + (random.next() * 3.0) as usize;
+                for axis in (0..3).cycle().skip((random.next() * 3.0) as usize).take(axes) {
+                    at[axis] = (at[axis] * cells).round() / cells;
+                }
+                let (mut lo, mut hi) = (f32::INFINITY, f32::NEG_INFINITY);
+                let mut depths = [u8::MAX, 0];
+                for i in 0..8 {
+                    let beside = at + (super::offset(i).as_dvec3() - 0.5) * 1e-9;
+                    if let (Some(value), Some((_, depth))) = (texture.value_at(beside), texture.corners_at(beside)) {
+                        (lo, hi) = (lo.min(value), hi.max(value));
+                        depths = [depths[0].min(depth), depths[1].max(depth)];
+                    }
+                }
+                assert!(hi - lo <= 1e-5, "{sampling:?}: a jump of {} at {at}, between depths {depths:?}", hi - lo);
+                checked += 1;
+                mixed += usize::from(depths[0] < depths[1]);
+            }
+            assert!(mixed > 10_000, "{mixed} points between leaves of different depths");
+        }
+    }
+
+    #[test]
+    fn a_linear_field_comes_back_everywhere_inside() {
+        let mesh = ball(6000);
+        let field = field(&mesh, |p| 3.0 * p.x - 2.0 * p.y + p.z);
+        let uneven = OctreeParams { tolerance: None, max_leaf_tets: 6, initial_depth: Some(1), ..params(6, 0.0) };
+        let texture = texture(&mesh, &field, &uneven);
+        let (mut random, mut checked) = (Random(2), 0);
+        while checked < 20_000 {
+            let unit = random.point();
+            let at = texture.root_min() + unit * texture.root_edge();
+            // Well inside, so that no corner lies outside the mesh.
+            if at.length() > 0.6 {
+                continue;
+            }
+            let value = texture.value_at(unit).expect("a leaf");
+            let expected = field.normalize(3.0 * at.x - 2.0 * at.y + at.z);
+            assert!((f64::from(value) - expected).abs() <= 1e-5, "{value} at {at}, expected {expected}");
+            checked += 1;
+        }
+    }
+
+    #[test]
+    fn a_smaller_tolerance_brings_the_field_nearer() {
+        let mesh = ball(6000);
+        let field = field(&mesh, waves);
+        let worst = |tolerance| {
+            let tree = regularize(&mesh, &field, &params(10, tolerance), &Progress::new()).expect("regularizes");
+            assert_eq!(tree.unmet, None);
+            let texture = OctreeTexture::encode(&tree).expect("fits");
+            let (mut random, mut worst) = (Random(3), 0f64);
+            for tet in 0..mesh.tets().len() {
+                let w = [(); 4].map(|()| -random.next().ln());
+                let sum: f64 = w.iter().sum();
+                let (p, v) = (mesh.corners(tet), mesh.tets()[tet].map(|i| field.normalize(field.values[i as usize])));
+                let at: DVec3 = (0..4).map(|i| p[i] * (w[i] / sum)).sum();
+                let expected: f64 = (0..4).map(|i| v[i] * w[i] / sum).sum();
+                let value = texture.value_at((at - texture.root_min()) / texture.root_edge()).expect("a leaf");
+                worst = worst.max((f64::from(value) - expected).abs());
+            }
+            worst
+        };
+        let (coarse, fine) = (worst(0.04), worst(0.01));
+        assert!(coarse < 0.08 && fine < 0.02 && fine < coarse / 2.0, "{coarse} {fine}");
+        let shallow = regularize(&mesh, &field, &params(4, 0.01), &Progress::new()).expect("regularizes");
+        let unmet = shallow.unmet.expect("depth 4 is too coarse");
+        assert!(unmet.leaves > 10 && unmet.worst_rel > 0.01 && unmet.at.x + unmet.at.z > 0.0, "{unmet:?}");
+    }
+}
