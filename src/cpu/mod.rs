@@ -6,9 +6,13 @@ mod descent;
 mod march_leaf;
 mod march_paper;
 mod ray;
+mod surface;
+#[cfg(test)]
+mod surface_tests;
 
 pub use descent::{INTERIOR, MAX_DEPTH};
 pub use ray::{FAR, PARALLEL};
+pub use surface::{MAX_HITS, TINY, surface_intervals};
 
 use crate::image::Image;
 use crate::octree::OctreeTexture;

@@ -25,6 +25,7 @@ embedded![
     "shared/output.wgsl",
     "shared/ray.wgsl",
     "shared/segment.wgsl",
+    "shared/surface.wgsl",
     "viewport.wgsl",
 ];
 
