@@ -6,11 +6,15 @@ mod descent;
 mod march_leaf;
 mod march_paper;
 mod ray;
+mod surface;
+#[cfg(test)]
+mod surface_tests;
 
 use descent::Descent;
 pub use descent::{INTERIOR, MAX_DEPTH};
 pub use march_leaf::MAX_PIECES;
 pub use ray::{FAR, PARALLEL};
+pub use surface::{MAX_HITS, TINY, surface_intervals};
 
 use crate::image::Image;
 use crate::mesh::BoundarySurface;

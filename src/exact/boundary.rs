@@ -1,8 +1,8 @@
 //! The boundary faces in a bounding volume hierarchy: where rays enter the mesh.
 
-use super::adjacency::{BoundaryFace, Tet};
 use super::walk::{Entry, Ray, Vertex, enter};
 use crate::geometry::FACES;
+use crate::mesh::adjacency::{BoundaryFace, Tet};
 use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;

@@ -15,11 +15,10 @@
 //! faces of three or more tets and of tets that overlap. **Where tets overlap** each place counts once: chains of tets are taken in the
 //! order in which the ray enters them, and each is clipped to where the ray already is.
 
-mod adjacency;
 mod boundary;
 mod integral;
 #[cfg(test)]
-mod test_meshes;
+pub(crate) mod test_meshes;
 #[cfg(test)]
 mod tests;
 mod transfer;
@@ -27,10 +26,10 @@ mod walk;
 
 use crate::geometry::Aabb;
 use crate::image::Image;
+use crate::mesh::adjacency::{self, Tet};
 use crate::mesh::{Association, ScalarField, TetMesh};
 use crate::progress::{Cancelled, Progress};
 use crate::view::{RayFrame, TransferFunction};
-use adjacency::Tet;
 use boundary::Boundary;
 use glam::DVec3;
 use integral::Light;

@@ -5,8 +5,8 @@
 //! they depend on ray and vertex only, and the signs are exact for them, ties included. So all tets around a face or an edge agree
 //! on which side of it the ray passes; every tet has two hit faces or none, and no ray slips between tets or counts one twice.
 
-use super::adjacency::{BoundaryFace, NONE, Tet};
 use crate::geometry::FACES;
+use crate::mesh::adjacency::{BoundaryFace, NONE, Tet};
 use glam::DVec3;
 use std::ops::ControlFlow;
 

@@ -27,6 +27,7 @@ embedded![
     "shared/ray.wgsl",
     "shared/segment.wgsl",
     "shared/spans.wgsl",
+    "shared/surface.wgsl",
     "viewport.wgsl",
 ];
 

@@ -1,10 +1,13 @@
-//! The tet mesh: validated points, tets and arrays; the scalar field picked from them.
+//! The tet mesh: validated points, tets and arrays; the scalar field picked from them; neighbours and the boundary surface.
 
+pub mod adjacency;
+pub mod boundary;
 mod field;
 pub mod generate;
 mod layered;
 mod tet_mesh;
 
+pub use boundary::BoundarySurface;
 pub use field::{Association, Component, FieldError, FieldSelection, ScalarField};
 pub use layered::{ArrayLayout, LayeredMesh, Precision, collect};
 pub use tet_mesh::{DataArray, MeshError, MeshParts, TetMesh, Values};

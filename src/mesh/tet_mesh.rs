@@ -214,6 +214,13 @@ impl TetMesh {
         self.bounds
     }
 
+    /// The cube that octrees of the mesh divide and f32 coordinates refer to, as (lowest corner relative to [`TetMesh::center`], edge): the
+    /// bounds' centre, and (1 + 1e-5) times their longest side (method 1.1).
+    pub fn root_cube(&self) -> (DVec3, f64) {
+        let edge = self.bounds.size().max_element() * (1.0 + 1e-5);
+        (self.bounds.center() - DVec3::splat(edge / 2.0), edge)
+    }
+
     /// Point indices of each tet, positively oriented (or of zero volume).
     #[inline]
     pub fn tets(&self) -> &[[u32; 4]] {

@@ -52,10 +52,10 @@ pub fn regularize(mesh: &TetMesh, field: &ScalarField, params: &OctreeParams, pr
     let source = Source::new(mesh, field);
     let usable: Vec<u32> = (0..mesh.tets().len() as u32).into_par_iter().filter(|&t| field.is_usable(mesh, t as usize)).collect();
     progress.begin("regularizing", Cell::ROOT.share());
-    let root_edge = mesh.bounds().size().max_element() * (1.0 + 1e-5);
+    let (root_min, root_edge) = mesh.root_cube();
     let work = Regularizer {
         uniform_depth: params.uniform_depth(usable.len()),
-        root_min: mesh.bounds().center() - DVec3::splat(root_edge / 2.0),
+        root_min,
         root_edge,
         source,
         params,

@@ -4,11 +4,11 @@ use crate::geometry::FACES;
 use rayon::prelude::*;
 
 /// The neighbour of a face that has none.
-pub(super) const NONE: u32 = u32::MAX;
+pub const NONE: u32 = u32::MAX;
 
 /// The corners of a tet, positively oriented, and the tets behind its faces; face `i` is opposite corner `i`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Tet {
+pub struct Tet {
     /// Indices of the corners.
     pub corners: [u32; 4],
     /// The tet behind each face, or [`NONE`].
@@ -16,14 +16,14 @@ pub(super) struct Tet {
 }
 
 /// A face of the boundary, as (tet, face of that tet).
-pub(super) type BoundaryFace = (u32, u8);
+pub type BoundaryFace = (u32, u8);
 
 /// Links the tets for which `takes_part` holds through the faces they share, and lists the faces through which nothing is linked.
 ///
 /// Two tets are linked when they alone have a face and see it in opposite senses, that is, lie on its two sides. Every other face
 /// (of one tet, of three or more, of two that overlap) is a boundary face of each of its tets, so that a ray that meets any tet at all
 /// also meets the boundary faces at both ends of the chain of linked tets it belongs to.
-pub(super) fn link(corners: &[[u32; 4]], takes_part: impl Fn(usize) -> bool + Sync) -> (Vec<Tet>, Vec<BoundaryFace>) {
+pub fn link(corners: &[[u32; 4]], takes_part: impl Fn(usize) -> bool + Sync) -> (Vec<Tet>, Vec<BoundaryFace>) {
     let mut tets: Vec<Tet> = corners.par_iter().map(|&corners| Tet { corners, neighbours: [NONE; 4] }).collect();
     // Each face as its three points, ascending, and its tet: sorting brings the tets of a face together.
     let mut faces: Vec<[u32; 4]> = (0..corners.len())
