@@ -103,9 +103,7 @@ impl Marcher {
         let variant = Variant { steps: settings.steps, storage, continuous, clipped };
         let (nodes, bricks) = match &volume.nodes {
             Nodes::Buffer(nodes, bricks) => (nodes.as_entire_binding(), bricks.as_entire_binding()),
-            Nodes::Texture(nodes, bricks) => {
-                (wgpu::BindingResource::TextureView(nodes), wgpu::BindingResource::TextureView(bricks))
-            }
+            Nodes::Texture(nodes, bricks) => (wgpu::BindingResource::TextureView(nodes), wgpu::BindingResource::TextureView(bricks)),
         };
         let [surface_nodes, surface_faces, surface_vertices] = volume.surface.bindings();
         context.scoped(|| {
