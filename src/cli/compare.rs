@@ -86,7 +86,8 @@ impl CompareCommand {
         [&self.reference, &self.image].into_iter().try_for_each(|path| refuse_mesh(path))?;
 
         let named = || self.image.display().to_string();
-        let pair = compare::pair(read_image(&self.reference)?, read_image(&self.image)?).with_context(named)?;
+        let (reference, image) = rayon::join(|| read_image(&self.reference), || read_image(&self.image));
+        let pair = compare::pair(reference?, image?).with_context(named)?;
         let found = compare_images(&pair.reference, &pair.image, self.pixels_per_degree).with_context(named)?;
         let verdicts = self.limits.limits().judge(&found);
 

@@ -105,7 +105,7 @@ pub fn compare_images(reference: &StoredImage, image: &StoredImage, pixels_per_d
         CoverageRule::NotBlack => reference_rgb.par_chunks_exact(3).map(|p| p != [0; 3]).collect(),
     };
     let size = [width as usize, height as usize];
-    let flip_errors = flip::errors(&reference_rgb, &image_rgb, size, pixels_per_degree)?;
+    let flip_errors = flip::errors(&reference_rgb, &image_rgb, size, pixels_per_degree);
     let flip = FlipFigures::of(&flip_errors, &covered, pixels_per_degree);
     let [all, covered_part] = parts(&reference_rgb, &image_rgb, size, &covered);
     let raw = (reference.is_deep && image.is_deep).then(|| raw_figures(&a.pixels, &b.pixels, &covered));

@@ -5,6 +5,7 @@
 //! and an exact background, PSNR over all pixels is higher by 10 log10(1 / c).
 
 mod figures;
+mod filter;
 mod flip;
 mod images;
 mod limits;
@@ -43,12 +44,4 @@ pub enum CompareError {
     /// No pixel of a reference of values has one.
     #[error("the reference has no finite value")]
     NoValue,
-    /// FLIP's filters cannot be made.
-    #[error("FLIP at {pixels_per_degree} pixels per degree: {cause}")]
-    Flip {
-        /// Pixels per degree of visual angle.
-        pixels_per_degree: f32,
-        /// What was said.
-        cause: String,
-    },
 }

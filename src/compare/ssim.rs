@@ -1,6 +1,7 @@
 //! SSIM: structural similarity (Wang et al. 2004, IEEE TIP 13(4)) as scikit-image computes it with `gaussian_weights=True, sigma=1.5,
 //! use_sample_covariance=False, channel_axis=-1`.
 
+use super::filter::{TILE, along, down, padded};
 use rayon::prelude::*;
 
 /// Pixels from a window's centre to its edge: windows are 11 x 11.
@@ -30,12 +31,12 @@ pub(super) fn windows(reference: &[u8], image: &[u8], [width, height]: [usize; 2
     let across = width - 2 * RADIUS;
     let mut windows = vec![1.0; across * (height - 2 * RADIUS)];
     let weights = weights();
-    windows.par_chunks_mut(BAND * across).enumerate().for_each(|(i, band)| {
-        let rows = band.len() / across + 2 * RADIUS;
+    windows.par_chunks_mut(BAND * across).enumerate().for_each(|(i, out)| {
+        let rows = out.len() / across + 2 * RADIUS;
         let bytes = i * BAND * width * 3..(i * BAND + rows) * width * 3;
         let (a, b) = (&reference[bytes.clone()], &image[bytes]);
         if a != b {
-            pulp::Arch::new().dispatch(|| evaluate(a, b, width, &weights, band));
+            pulp::Arch::new().dispatch(Band { a, b, width, weights: &weights, out });
         }
     });
     windows
@@ -48,67 +49,69 @@ fn weights() -> [f32; TAPS] {
     raw.map(|w| (w / sum) as f32)
 }
 
-/// One band: `out` has a row of windows for each row of pixels but the outer ten.
-#[inline(always)]
-fn evaluate(a: &[u8], b: &[u8], width: usize, weights: &[f32; TAPS], out: &mut [f32]) {
-    let across = width - 2 * RADIUS;
-    let rows = a.len() / (3 * width);
-    // The moments of each row of pixels, averaged along the row.
-    let mut along = vec![0.0; rows * MOMENTS * across];
-    let mut pixels = vec![0.0; MOMENTS * width];
-    let mut window = vec![0.0; MOMENTS * across];
-    out.fill(0.0);
-    for channel in 0..3 {
-        for (row, averaged) in along.chunks_exact_mut(MOMENTS * across).enumerate() {
-            moments(&a[row * width * 3..][..width * 3], &b[row * width * 3..][..width * 3], channel, &mut pixels);
-            averaged.fill(0.0);
-            for (moment, averaged) in averaged.chunks_exact_mut(across).enumerate() {
-                for (tap, &weight) in weights.iter().enumerate() {
-                    add_scaled(averaged, &pixels[moment * width + tap..][..across], weight);
+/// The evaluation of one band: `out` has a row of windows for each row of pixels but the outer ten.
+struct Band<'a> {
+    a: &'a [u8],
+    b: &'a [u8],
+    width: usize,
+    weights: &'a [f32; TAPS],
+    out: &'a mut [f32],
+}
+
+impl pulp::WithSimd for Band<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let across = self.width - 2 * RADIUS;
+        let stride = padded(across);
+        let rows = self.a.len() / (3 * self.width);
+        // The moments of each row of pixels, averaged along the row.
+        let mut averaged = vec![0.0; rows * MOMENTS * stride];
+        let mut pixels = vec![0.0; MOMENTS * (stride + 2 * RADIUS)];
+        self.out.fill(0.0);
+        for channel in 0..3 {
+            for (row, averaged) in averaged.chunks_exact_mut(MOMENTS * stride).enumerate() {
+                let [a, b] = [self.a, self.b].map(|picture| picture[row * self.width * 3..][..self.width * 3].as_chunks::<3>().0);
+                moments(a, b, channel, &mut pixels);
+                for (pixels, averaged) in pixels.chunks_exact(stride + 2 * RADIUS).zip(averaged.chunks_exact_mut(stride)) {
+                    along(pixels, self.weights, averaged);
+                }
+            }
+            for (row, out) in self.out.chunks_exact_mut(across).enumerate() {
+                for (tile, out) in out.chunks_mut(TILE).enumerate() {
+                    let average = |moment| down(&averaged, (row * MOMENTS + moment) * stride + tile * TILE, MOMENTS * stride, self.weights);
+                    let similarities = similarity([0, 1, 2, 3, 4].map(average));
+                    out.iter_mut().zip(similarities).for_each(|(out, similarity)| *out += similarity / 3.0);
                 }
             }
         }
-        for (row, out) in out.chunks_exact_mut(across).enumerate() {
-            window.fill(0.0);
-            for (tap, &weight) in weights.iter().enumerate() {
-                add_scaled(&mut window, &along[(row + tap) * MOMENTS * across..][..MOMENTS * across], weight);
-            }
-            similarity(&window, out);
-        }
-    }
-}
-
-/// Adds `weight` times `values` to `sums`.
-#[inline(always)]
-fn add_scaled(sums: &mut [f32], values: &[f32], weight: f32) {
-    for (sum, &value) in sums.iter_mut().zip(values) {
-        *sum += weight * value;
     }
 }
 
 /// A row of pixels of one channel: a, b, a^2, b^2, ab, one after the other.
 #[inline(always)]
-fn moments(a: &[u8], b: &[u8], channel: usize, out: &mut [f32]) {
-    let width = out.len() / MOMENTS;
-    let (a, b) = (a.as_chunks::<3>().0, b.as_chunks::<3>().0);
-    for x in 0..width {
+fn moments(a: &[[u8; 3]], b: &[[u8; 3]], channel: usize, out: &mut [f32]) {
+    let stride = out.len() / MOMENTS;
+    for x in 0..a.len() {
         let (a, b) = (f32::from(a[x][channel]) / 255.0, f32::from(b[x][channel]) / 255.0);
         for (moment, value) in [a, b, a * a, b * b, a * b].into_iter().enumerate() {
-            out[moment * width + x] = value;
+            out[moment * stride + x] = value;
         }
     }
 }
 
-/// Adds a third of a channel's SSIM (equation 13) to each window of a row.
+/// A channel's SSIM (equation 13) of windows side by side.
 #[inline(always)]
-fn similarity(window: &[f32], out: &mut [f32]) {
-    let across = out.len();
-    for (x, out) in out.iter_mut().enumerate() {
-        let [a, b, aa, bb, ab] = [0, 1, 2, 3, 4].map(|moment| window[moment * across + x]);
+fn similarity(averages: [[f32; TILE]; MOMENTS]) -> [f32; TILE] {
+    let mut similarities = [0.0; TILE];
+    for x in 0..TILE {
+        let [a, b, aa, bb, ab] = averages.map(|average| average[x]);
         let (variance_a, variance_b, covariance) = (aa - a * a, bb - b * b, ab - a * b);
         let numerator = (2.0 * a * b + C1) * (2.0 * covariance + C2);
-        *out += numerator / ((a * a + b * b + C1) * (variance_a + variance_b + C2)) / 3.0;
+        similarities[x] = numerator / ((a * a + b * b + C1) * (variance_a + variance_b + C2));
     }
+    similarities
 }
 
 #[cfg(test)]

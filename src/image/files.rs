@@ -109,6 +109,16 @@ pub enum ImageError {
         /// Of how many.
         pixels: usize,
     },
+    /// It ends too early.
+    #[error("{}: ends after {found} numbers, expected {expected}", path.display())]
+    CutShort {
+        /// The file.
+        path: PathBuf,
+        /// How many numbers it holds.
+        found: u64,
+        /// How many it should.
+        expected: u64,
+    },
     /// The PNG encoder or decoder failed.
     #[error("{}: {cause}", path.display())]
     Png {
@@ -294,16 +304,25 @@ impl<'a, R: Read> Array<'a, R> {
     }
 
     /// Every number, float32 or float64, as `T`. Memory grows with what the file really holds.
-    fn numbers<T>(self, expected: &'static str, from_f32: impl Fn(f32) -> T, from_f64: impl Fn(f64) -> T) -> Result<Vec<T>, ImageError> {
-        let wrong = self.wrong(expected);
-        let read: io::Result<Vec<T>> = match self.file.try_data::<f32>() {
-            Ok(data) => data.map(|v| v.map(&from_f32)).collect(),
-            Err(file) => match file.try_data::<f64>() {
-                Ok(data) => data.map(|v| v.map(&from_f64)).collect(),
-                Err(_) => return Err(wrong),
-            },
+    fn numbers<T: Send>(self, expected: &'static str, from_f32: fn(f32) -> T, from_f64: fn(f64) -> T) -> Result<Vec<T>, ImageError> {
+        let (wrong, path) = (self.wrong(expected), self.path);
+        let (kind, count) = (self.file.dtype().descr(), self.file.len());
+        let width = if kind.ends_with("f8'") { 8 } else { 4 };
+        let mut bytes = Vec::new();
+        let read = self.file.into_inner().take(count * width).read_to_end(&mut bytes);
+        read.map_err(|cause| ImageError::Io { path: path.into(), cause })?;
+        let (singles, doubles) = (bytes.as_chunks::<4>().0.par_iter(), bytes.as_chunks::<8>().0.par_iter());
+        let numbers: Vec<T> = match kind.as_str() {
+            "'<f4'" => singles.map(|&b| from_f32(f32::from_le_bytes(b))).collect(),
+            "'>f4'" => singles.map(|&b| from_f32(f32::from_be_bytes(b))).collect(),
+            "'<f8'" => doubles.map(|&b| from_f64(f64::from_le_bytes(b))).collect(),
+            "'>f8'" => doubles.map(|&b| from_f64(f64::from_be_bytes(b))).collect(),
+            _ => return Err(wrong),
         };
-        read.map_err(|cause| ImageError::Io { path: self.path.into(), cause })
+        if (numbers.len() as u64) < count {
+            return Err(ImageError::CutShort { path: path.into(), found: numbers.len() as u64, expected: count });
+        }
+        Ok(numbers)
     }
 
     fn colors(self, expected: &'static str) -> Result<Image, ImageError> {
