@@ -12,21 +12,16 @@ pub(super) fn padded(count: usize) -> usize {
 #[inline(always)]
 pub(super) fn along(row: &[f32], weights: &[f32], out: &mut [f32]) {
     for (tile, out) in out.as_chunks_mut::<TILE>().0.iter_mut().enumerate() {
-        *out = weighted(weights.iter().enumerate().map(|(i, &weight)| (weight, &row[tile * TILE + i..])));
+        *out = down(row, tile * TILE, 1, weights);
     }
 }
 
 /// The sum, tile by tile, of `weights[i]` times the tile that begins at `first + i * stride`.
 #[inline(always)]
 pub(super) fn down(plane: &[f32], first: usize, stride: usize, weights: &[f32]) -> [f32; TILE] {
-    weighted(weights.iter().enumerate().map(|(i, &weight)| (weight, &plane[first + i * stride..])))
-}
-
-#[inline(always)]
-fn weighted<'a>(terms: impl Iterator<Item = (f32, &'a [f32])>) -> [f32; TILE] {
     let mut sums = [0.0; TILE];
-    for (weight, values) in terms {
-        let values = values.first_chunk::<TILE>().expect("rows are padded to whole tiles");
+    for (i, &weight) in weights.iter().enumerate() {
+        let values = plane[first + i * stride..].first_chunk::<TILE>().expect("rows are padded to whole tiles");
         for x in 0..TILE {
             sums[x] += weight * values[x];
         }

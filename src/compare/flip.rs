@@ -174,12 +174,12 @@ impl pulp::WithSimd for Band<'_> {
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let width = self.columns[1] - self.columns[0];
         let stride = padded(width);
-        let planes = self.pictures.map(|picture| self.filtered_along(picture, stride));
+        let planes = [self.filtered_along(self.pictures[0], stride), self.filtered_along(self.pictures[1], stride)];
         let most = greatest_distance();
         for y in self.rows[0]..self.rows[1] {
             for x in (0..width).step_by(TILE) {
-                let [a, b] = array::from_fn(|i| self.filtered(&planes[i], y - self.rows[0], x, stride));
-                let errors = tile_errors(&a, &b, most);
+                let row = y - self.rows[0];
+                let errors = tile_errors(&self.filtered(&planes[0], row, x, stride), &self.filtered(&planes[1], row, x, stride), most);
                 let count = TILE.min(width - x);
                 let from = (y - self.rows[0]) * self.size[0] + self.columns[0] + x;
                 self.band[from..from + count].copy_from_slice(&errors[..count]);
@@ -204,20 +204,21 @@ impl Band<'_> {
         let count = self.rows[1] - self.rows[0] + 2 * reach;
         let mut out = vec![0.0; count * PLANES * stride];
         let mut row = vec![[0.0f32; 3]; stride + 2 * reach];
-        let mut channels: [Vec<f32>; 3] = array::from_fn(|_| vec![0.0; stride + 2 * reach]);
+        let mut channels = [vec![0.0; row.len()], vec![0.0; row.len()], vec![0.0; row.len()]];
         for (i, planes) in out.chunks_exact_mut(PLANES * stride).enumerate() {
             let y = (self.rows[0] + i).saturating_sub(reach).min(self.size[1] - 1);
             let bytes = picture[y * self.size[0] * 3..][..self.size[0] * 3].as_chunks::<3>().0;
             for (x, pixel) in row.iter_mut().enumerate() {
                 let x = (self.columns[0] + x).saturating_sub(reach).min(self.size[0] - 1);
-                *pixel = bytes[x].map(|byte| self.linear[usize::from(byte)]);
+                let [r, g, b] = bytes[x];
+                *pixel = [self.linear[usize::from(r)], self.linear[usize::from(g)], self.linear[usize::from(b)]];
             }
             for (x, &rgb) in row.iter().enumerate() {
                 [channels[0][x], channels[1][x], channels[2][x]] = opponent_from_linear(rgb);
             }
             let filters = self.filters;
             let [y1, cx, cz1, cz2] = &filters.sensitivity;
-            let [y, x, z] = [0, 1, 2].map(|channel| channels[channel].as_slice());
+            let [y, x, z] = &channels;
             let jobs = [(y, y1), (x, cx), (z, cz1), (z, cz2), (y, &filters.gaussian), (y, &filters.edge), (y, &filters.point)];
             for (plane, (channel, weights)) in planes.chunks_exact_mut(stride).zip(jobs) {
                 along(channel, weights, plane);
@@ -230,10 +231,13 @@ impl Band<'_> {
     #[inline(always)]
     fn filtered(&self, planes: &[f32], row: usize, x: usize, stride: usize) -> Filtered {
         let filters = self.filters;
-        let filter = |plane: usize, weights: &[f32]| down(planes, (row * PLANES + plane) * stride + x, PLANES * stride, weights);
-        let [y, cx, mut cz, more] = array::from_fn(|i| filter(i, &filters.sensitivity[i]));
-        let [edge_x, edge_y] = [filter(SENSITIVITIES + 1, &filters.gaussian), filter(SENSITIVITIES, &filters.edge)];
-        let [point_x, point_y] = [filter(SENSITIVITIES + 2, &filters.gaussian), filter(SENSITIVITIES, &filters.point)];
+        let (first, step) = (row * PLANES * stride + x, PLANES * stride);
+        let [y1, cx, cz1, cz2] = &filters.sensitivity;
+        let (y, cx) = (down(planes, first, step, y1), down(planes, first + stride, step, cx));
+        let (mut cz, more) = (down(planes, first + 2 * stride, step, cz1), down(planes, first + 3 * stride, step, cz2));
+        let (smooth, edge, point) = (first + 4 * stride, first + 5 * stride, first + 6 * stride);
+        let (edge_x, edge_y) = (down(planes, edge, step, &filters.gaussian), down(planes, smooth, step, &filters.edge));
+        let (point_x, point_y) = (down(planes, point, step, &filters.gaussian), down(planes, smooth, step, &filters.point));
         let (mut edges, mut points) = ([0.0; TILE], [0.0; TILE]);
         for i in 0..TILE {
             cz[i] += more[i];
@@ -250,10 +254,11 @@ impl Band<'_> {
 fn tile_errors(a: &Filtered, b: &Filtered, most: f32) -> [f32; TILE] {
     let mut errors = [0.0; TILE];
     for i in 0..TILE {
-        let [p, q] = [a, b].map(|picture| hunt_lab_from_linear(linear_from_opponent(picture.seen.map(|plane| plane[i]))));
+        let p = hunt_lab_from_linear(linear_from_opponent([a.seen[0][i], a.seen[1][i], a.seen[2][i]]));
+        let q = hunt_lab_from_linear(linear_from_opponent([b.seen[0][i], b.seen[1][i], b.seen[2][i]]));
         let color = redistributed(power(hyab(p, q), 0.7), most);
-        let [edge, point] = [0, 1].map(|f| (a.features[f][i] - b.features[f][i]).abs());
-        let feature = (edge.max(point) * std::f32::consts::FRAC_1_SQRT_2).sqrt();
+        let (edge, point) = ((a.features[0][i] - b.features[0][i]).abs(), (a.features[1][i] - b.features[1][i]).abs());
+        let feature = (if edge > point { edge } else { point } * std::f32::consts::FRAC_1_SQRT_2).sqrt();
         errors[i] = power(color, 1.0 - feature);
     }
     errors
@@ -277,7 +282,7 @@ fn greatest_distance() -> f32 {
 /// The distance of large colour differences (equation 3).
 #[inline(always)]
 fn hyab(p: [f32; 3], q: [f32; 3]) -> f32 {
-    let [l, a, b] = [0, 1, 2].map(|c| p[c] - q[c]);
+    let (l, a, b) = (p[0] - q[0], p[1] - q[1], p[2] - q[2]);
     l.abs() + (a * a + b * b).sqrt()
 }
 
@@ -308,23 +313,27 @@ fn linear_from_opponent([y, cx, cz]: [f32; 3]) -> [f32; 3] {
     let y = (y + 16.0) / 116.0;
     let (x, z) = ((y + cx / 500.0) * WHITE_X, (y - cz / 200.0) * WHITE_Z);
     [
-        3.241_003_3 * x - 1.537_399 * y - 0.498_615_86 * z,
-        -0.969_224_33 * x + 1.875_930_1 * y + 0.041_554_224 * z,
-        0.055_639_423 * x - 0.204_011_2 * y + 1.057_149 * z,
+        (3.241_003_3 * x - 1.537_399 * y - 0.498_615_86 * z).clamp(0.0, 1.0),
+        (-0.969_224_33 * x + 1.875_930_1 * y + 0.041_554_224 * z).clamp(0.0, 1.0),
+        (0.055_639_423 * x - 0.204_011_2 * y + 1.057_149 * z).clamp(0.0, 1.0),
     ]
-    .map(|v| v.clamp(0.0, 1.0))
 }
 
 /// CIELAB of linear RGB in [0, 1], a and b adjusted for the Hunt effect: less chroma in the dark (section 4.1.2).
 #[inline(always)]
 fn hunt_lab_from_linear(rgb: [f32; 3]) -> [f32; 3] {
-    const DELTA: f32 = 6.0 / 29.0;
-    let [x, y, z] = relative_xyz_from_linear(rgb).map(|v| {
-        let straight = v / (3.0 * DELTA * DELTA) + 4.0 / 29.0;
-        if v > DELTA * DELTA * DELTA { cube_root(v) } else { straight }
-    });
+    let [x, y, z] = relative_xyz_from_linear(rgb);
+    let (x, y, z) = (lab_root(x), lab_root(y), lab_root(z));
     let l = 116.0 * y - 16.0;
     [l, 0.01 * l * 500.0 * (x - y), 0.01 * l * 200.0 * (y - z)]
+}
+
+/// CIELAB's cube root, which is straight near 0.
+#[inline(always)]
+fn lab_root(v: f32) -> f32 {
+    const DELTA: f32 = 6.0 / 29.0;
+    let (root, straight) = (cube_root(v), v / (3.0 * DELTA * DELTA) + 4.0 / 29.0);
+    if v > DELTA * DELTA * DELTA { root } else { straight }
 }
 
 /// Cube root of a number in [1e-3, 2], to 3e-7: a guess from the exponent, then three steps of Newton's method. Vectors have no cube root.

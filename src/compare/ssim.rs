@@ -72,16 +72,22 @@ impl pulp::WithSimd for Band<'_> {
         self.out.fill(0.0);
         for channel in 0..3 {
             for (row, averaged) in averaged.chunks_exact_mut(MOMENTS * stride).enumerate() {
-                let [a, b] = [self.a, self.b].map(|picture| picture[row * self.width * 3..][..self.width * 3].as_chunks::<3>().0);
-                moments(a, b, channel, &mut pixels);
+                let bytes = row * self.width * 3..(row + 1) * self.width * 3;
+                moments(self.a[bytes.clone()].as_chunks::<3>().0, self.b[bytes].as_chunks::<3>().0, channel, &mut pixels);
                 for (pixels, averaged) in pixels.chunks_exact(stride + 2 * RADIUS).zip(averaged.chunks_exact_mut(stride)) {
                     along(pixels, self.weights, averaged);
                 }
             }
             for (row, out) in self.out.chunks_exact_mut(across).enumerate() {
                 for (tile, out) in out.chunks_mut(TILE).enumerate() {
-                    let average = |moment| down(&averaged, (row * MOMENTS + moment) * stride + tile * TILE, MOMENTS * stride, self.weights);
-                    let similarities = similarity([0, 1, 2, 3, 4].map(average));
+                    let (first, step) = (row * MOMENTS * stride + tile * TILE, MOMENTS * stride);
+                    let similarities = similarity([
+                        down(&averaged, first, step, self.weights),
+                        down(&averaged, first + stride, step, self.weights),
+                        down(&averaged, first + 2 * stride, step, self.weights),
+                        down(&averaged, first + 3 * stride, step, self.weights),
+                        down(&averaged, first + 4 * stride, step, self.weights),
+                    ]);
                     out.iter_mut().zip(similarities).for_each(|(out, similarity)| *out += similarity / 3.0);
                 }
             }
@@ -95,9 +101,8 @@ fn moments(a: &[[u8; 3]], b: &[[u8; 3]], channel: usize, out: &mut [f32]) {
     let stride = out.len() / MOMENTS;
     for x in 0..a.len() {
         let (a, b) = (f32::from(a[x][channel]) / 255.0, f32::from(b[x][channel]) / 255.0);
-        for (moment, value) in [a, b, a * a, b * b, a * b].into_iter().enumerate() {
-            out[moment * stride + x] = value;
-        }
+        (out[x], out[stride + x]) = (a, b);
+        (out[2 * stride + x], out[3 * stride + x], out[4 * stride + x]) = (a * a, b * b, a * b);
     }
 }
 
@@ -106,7 +111,8 @@ fn moments(a: &[[u8; 3]], b: &[[u8; 3]], channel: usize, out: &mut [f32]) {
 fn similarity(averages: [[f32; TILE]; MOMENTS]) -> [f32; TILE] {
     let mut similarities = [0.0; TILE];
     for x in 0..TILE {
-        let [a, b, aa, bb, ab] = averages.map(|average| average[x]);
+        let (a, b) = (averages[0][x], averages[1][x]);
+        let (aa, bb, ab) = (averages[2][x], averages[3][x], averages[4][x]);
         let (variance_a, variance_b, covariance) = (aa - a * a, bb - b * b, ab - a * b);
         let numerator = (2.0 * a * b + C1) * (2.0 * covariance + C2);
         similarities[x] = numerator / ((a * a + b * b + C1) * (variance_a + variance_b + C2));
