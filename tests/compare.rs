@@ -61,7 +61,7 @@ fn a_constant_offset_has_a_known_psnr() {
     assert!(found["coverage"].as_str().expect("the rule").contains("not black") && found["alpha"].is_null() && found["float"].is_null());
     assert!(number(&found["covered"], "flip_mean") > number(&found["all"], "flip_mean") && number(&found["flip"], "max") <= 1.0);
     near(number(&found["flip"], "pixels_per_degree"), f64::from(67.020_64f32));
-    assert!(number(&found["covered"], "ssim") < number(&found["all"], "ssim"));
+    assert!((number(&found["all"], "ssim") - 0.994_581).abs() < 1e-4, "scikit-image's");
 }
 
 #[test]
@@ -208,7 +208,7 @@ fn what_cannot_be_compared_is_said_in_one_line() {
     std::fs::write(at("text.png"), "no picture").expect("written");
     std::fs::write(at("empty.npy"), "").expect("written");
     let mut huge = png.clone();
-    huge[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
+    huge[16..24].copy_from_slice(&[0, 1, 0x86, 0xa0, 0, 1, 0x86, 0xa0]);
     let crc = crc32(&huge[12..29]);
     huge[29..33].copy_from_slice(&crc.to_be_bytes());
     std::fs::write(at("huge.png"), huge).expect("written");
@@ -231,7 +231,7 @@ fn what_cannot_be_compared_is_said_in_one_line() {
     says(&["empty.npy", "a.png"], &["empty.npy", "neither"]);
     says(&["a.png", "cut.png"], &["cut.png"]);
     says(&["a.png", "cut.npy"], &["cut.npy", "1197 numbers, expected 1200"]);
-    says(&["huge.png", "a.png"], &["huge.png", "2147483647 x 2147483647"]);
+    says(&["huge.png", "a.png"], &["huge.png", "100000 x 100000 pixels"]);
     says(&["a.png", "four.npy"], &["four.npy", "[1, 2, 3, 4]", "(height, width, 4)"]);
     says(&["a.png", "whole.npy"], &["whole.npy", "u1", "float32"]);
     says(&["a.png", "none.npy"], &["none.npy", "5 x 0 pixels"]);

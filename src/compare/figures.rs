@@ -35,7 +35,7 @@ impl Figures {
 
     /// Peak signal-to-noise ratio in decibels, -20 log10(RMSE); infinite where nothing differs.
     pub fn psnr_db(&self) -> f64 {
-        -20.0 * self.rmse.log10()
+        0.0 - 20.0 * self.rmse.log10() // 0, not -0, for black against white
     }
 
     /// Nothing differs.
