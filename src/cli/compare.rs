@@ -48,13 +48,13 @@ struct LimitArgs {
     /// Highest mean FLIP over all pixels, 0 to 1
     #[arg(long, value_name = "X", value_parser = parse_not_negative)]
     max_flip: Option<f64>,
-    /// Lowest PSNR over covered pixels, of the 8-bit pictures
+    /// Lowest PSNR over covered pixels, of the 8-bit pictures; over all if none is covered
     #[arg(long, value_name = "DB", value_parser = parse_not_negative)]
     min_psnr: Option<f64>,
     /// Lowest SSIM over covered pixels, up to 1
     #[arg(long, value_name = "X", value_parser = parse_ssim, allow_negative_numbers = true)]
     min_ssim: Option<f64>,
-    /// Highest difference of a channel, peak 1: of the floats where both files have more than 8 bits
+    /// Highest difference of a channel or of alpha, peak 1: of the floats where both files have more than 8 bits
     #[arg(long, value_name = "X", value_parser = parse_not_negative)]
     max_difference: Option<f64>,
 }
@@ -72,11 +72,12 @@ const EXAMPLES: &str = "\
 Examples:
   octetra compare exact.png octree.png
   octetra compare exact.npy octree.npy --map difference.png --json numbers.json
-  octetra compare golden.png new.png --max-flip 0.03 --min-psnr 40    a test: exit status 1 and one line if it fails
+  octetra compare golden.png new.png --max-flip 0.03 --min-psnr 40    a test: exit status 1 if it fails
 
-The pictures are compared as 8-bit RGB over black; two files of more than 8 bits as floats too. Covered pixels are those where the
-reference's alpha exceeds 1/512, or, without alpha, those where it is not black. NaN in an NPY of colours is an error; in an NPY of one
-value per pixel it means that there is none, and differences are in parts of the reference's range.";
+The pictures are compared as 8-bit RGB over black, two files of more than 8 bits as floats too. Covered
+pixels are those where the reference's alpha exceeds 1/512, or, if it has none, those where it is not
+black. NaN in an NPY of colours is an error. In an NPY of one value per pixel NaN means that there is
+none, and differences are in parts of the reference's range.";
 
 impl CompareCommand {
     /// Reads, compares, writes, judges.
