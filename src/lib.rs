@@ -8,6 +8,8 @@
 //!                   │                                                               └─────────cpu─▶ CPU march ─▶ Image
 //!                   └─exact (ray by ray, f64)──────────────────────────────────────────────────────────────────▶ Image
 //!
+//! Image, Image ─compare─▶ numbers, difference map
+//!
 //! View = Camera + TransferFunction + RenderSettings goes into every renderer and decides everything else about an image
 //! ```
 //!
@@ -20,7 +22,7 @@
 //! 1. [`geometry`], [`progress`]
 //! 2. [`mesh`], [`view`], [`image`]
 //! 3. [`optics`], [`format`](mod@format), [`octree`], [`exact`]
-//! 4. [`cpu`], [`gpu`]
+//! 4. [`cpu`], [`gpu`], [`compare`]
 //! 5. [`render`]
 //! 6. [`study`]
 //! 7. [`app`]
@@ -60,6 +62,7 @@
 
 pub mod app;
 pub mod cli;
+pub mod compare;
 pub mod cpu;
 pub mod exact;
 pub mod format;

@@ -296,11 +296,17 @@ fn read_json<T: serde::de::DeserializeOwned>(path: &Path, what: &str) -> Result<
 
 /// Fails early if outputs cannot be written where they are to go, or if one would overwrite another or the mesh.
 pub fn check_outputs(mesh: &MeshArgs, outputs: &[Option<&PathBuf>]) -> Result<()> {
+    let inputs: Vec<(&Path, &str)> = mesh.mesh.iter().map(|mesh| (mesh.as_path(), "the mesh")).collect();
+    check_outputs_beside(&inputs, outputs)
+}
+
+/// Fails early if outputs cannot be written where they are to go, or if one would overwrite another or an input, which is named as told.
+pub fn check_outputs_beside(inputs: &[(&Path, &str)], outputs: &[Option<&PathBuf>]) -> Result<()> {
     let same = |a: &Path, b: &Path| a == b || a.canonicalize().ok().is_some_and(|a| b.canonicalize().ok() == Some(a));
     let outputs: Vec<&Path> = outputs.iter().flatten().map(|path| path.as_path()).collect();
     for (i, &path) in outputs.iter().enumerate() {
-        if mesh.mesh.as_deref().is_some_and(|mesh| same(mesh, path)) {
-            bail!("{}: is the mesh, an output would overwrite it", path.display());
+        if let Some((_, what)) = inputs.iter().find(|(input, _)| same(input, path)) {
+            bail!("{}: is {what}, an output would overwrite it", path.display());
         }
         if outputs[..i].iter().any(|other| same(other, path)) {
             bail!("{}: two outputs would go to this one file", path.display());
@@ -349,7 +355,8 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
     sides.map(|(w, h)| [w, h]).ok_or_else(|| "expected N or WxH with sides of 1 to 32768 pixels".into())
 }
 
-fn parse_number(text: &str, valid: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
+/// A finite number that is valid, or an error that says what was expected.
+pub fn parse_number(text: &str, valid: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
     text.parse::<f64>().ok().filter(|v| v.is_finite() && valid(*v)).ok_or_else(|| format!("expected {expected}"))
 }
 
@@ -357,7 +364,8 @@ fn parse_positive(text: &str) -> Result<f64, String> {
     parse_number(text, |v| v > 0.0, "a number above 0")
 }
 
-fn parse_not_negative(text: &str) -> Result<f64, String> {
+/// A number from 0.
+pub fn parse_not_negative(text: &str) -> Result<f64, String> {
     parse_number(text, |v| v >= 0.0, "a number from 0")
 }
 
