@@ -1,12 +1,19 @@
-// Stage: march, leaf by leaf. From leaf to leaf along each pixel's ray; constant value inside a leaf (method 1.4, the stricter rule).
+// Stage: march, leaf by leaf. From leaf to leaf along each pixel's ray; one value inside a leaf, or the trilinear field, linear over pieces
+// no longer than the step of the leaf's depth (method 1.4, the stricter rule).
 // #import shared/frame.wgsl
 // #import shared/ray.wgsl
 // #import shared/nodes
 // #import shared/descent.wgsl
+// #import shared/corners.wgsl
+// #import shared/surface.wgsl
+// #import shared/spans.wgsl
 // #import shared/classify.wgsl
 // #import shared/segment.wgsl
 // #import shared/light.wgsl
 // #import shared/output.wgsl
+
+// A leaf is cut into at most so many pieces.
+const MAX_PIECES: f32 = 64.0;
 
 // Lane i of a workgroup marches pixel (i mod tile, i / tile) of a square tile.
 override tile: u32 = 8u;
@@ -23,26 +30,48 @@ fn main(@builtin(global_invocation_id) pixel: vec3<u32>, @builtin(local_invocati
     count_samples(samples, lane);
 }
 
-// Follows a ray from leaf to leaf; returns the number of full leaves met.
-fn march(ray: Ray, light: ptr<function, Light>) -> u32 {
-    var samples = 0u;
+// Follows a ray from leaf to leaf through a span; adds the full leaves met.
+fn march_span(ray: Ray, span: vec2<f32>, light: ptr<function, Light>, samples: ptr<function, u32>) -> bool {
     let cells = grid_cells();
-    start_descent();
-    var t = 0.0;
+    var step = 0.0;
+    if (continuous) { step = step_along(ray); }
+    var t = span.x;
     var at = cell_at(ray, t, Cell(vec3<u32>(0u), cells), cells);
     loop {
         let found = find(at);
         let leaving = exits(ray, found.cell);
         let t_exit = min(leaving.x, min(leaving.y, leaving.z));
-        let t_next = max(min(t_exit, ray.t_out), t);
+        let t_next = max(min(t_exit, span.y), t);
         if (found.word != EMPTY) {
-            samples += 1u;
-            add_constant(light, leaf_value(found.word), (t_next - t) * ray.length);
-            if ((*light).transmittance < frame.min_transmittance) { break; }
+            *samples += 1u;
+            if (continuous) {
+                pass_leaf(ray, found, vec2<f32>(t, t_next), step_at(step, leaf_depth(found.word)), light);
+            } else {
+                add_constant(light, leaf_value(found.word), (t_next - t) * ray.length);
+            }
+            if ((*light).transmittance < frame.min_transmittance) { return false; }
         }
+        if (t_exit >= span.y) { return true; }
         at = step_out(ray, found.cell, leaving, t_exit, cells);
-        if (any(at >= vec3<u32>(cells))) { break; }
+        if (any(at >= vec3<u32>(cells))) { return true; }
         t = t_next;
     }
-    return samples;
+    return true;
+}
+
+// Passes the part of a ray inside the leaf found last.
+fn pass_leaf(ray: Ray, found: Found, span: vec2<f32>, step: f32, light: ptr<function, Light>) {
+    let corners = leaf_corners();
+    let cells = grid_cells();
+    let origin = within(ray, span.x, found.cell, cells);
+    let path = within(ray, span.y, found.cell, cells) - origin;
+    let t_length = span.y - span.x;
+    let pieces = clamp(ceil(t_length / step), 1.0, MAX_PIECES);
+    let piece_length = t_length * ray.length / pieces;
+    var front = trilinear(corners, origin);
+    for (var piece = 1.0; piece <= pieces; piece += 1.0) {
+        let back = trilinear(corners, origin + path * (piece / pieces));
+        add_linear(light, front, back, piece_length);
+        front = back;
+    }
 }

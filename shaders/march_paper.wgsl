@@ -3,6 +3,9 @@
 // #import shared/ray.wgsl
 // #import shared/nodes
 // #import shared/descent.wgsl
+// #import shared/corners.wgsl
+// #import shared/surface.wgsl
+// #import shared/spans.wgsl
 // #import shared/classify.wgsl
 // #import shared/segment.wgsl
 // #import shared/light.wgsl
@@ -10,8 +13,6 @@
 
 // No ray looks up more cells: only steps far below any leaf's size could.
 const MAX_LOOKUPS: u32 = 4194304u;
-// The shortest step in t. With t below 2, f32 still tells apart the two ends of such a step.
-const MIN_STEP: f32 = 9.5367431640625e-7;
 
 // Lane i of a workgroup marches pixel (i mod tile, i / tile) of a square tile.
 override tile: u32 = 8u;
@@ -35,25 +36,13 @@ struct Sample {
     step_depth: u32,
 }
 
-// L_s in a ray's t, within 2^-11 of it.
-fn step_along(ray: Ray) -> f32 {
-    return frame.step * inverse_length(ray);
-}
-
-// The step at a depth, L(d) = L_s / 2^(d-1).
-fn step_at(step: f32, depth: u32) -> f32 {
-    return max(ldexp(step, 1 - i32(depth)), MIN_STEP);
-}
-
-// Samples a ray with the step of the leaves it meets; returns the number of full leaves looked up.
-fn march(ray: Ray, light: ptr<function, Light>) -> u32 {
-    var samples = 0u;
+// Samples a span of a ray with the step of the leaves it meets; adds the full leaves looked up.
+fn march_span(ray: Ray, span: vec2<f32>, light: ptr<function, Light>, samples: ptr<function, u32>) -> bool {
     let cells = grid_cells();
     let root = Cell(vec3<u32>(0u), cells);
     let step = step_along(ray);
-    start_descent();
     var last = Sample(0.0, 0.0, 0u);
-    var t = 0.0;
+    var t = span.x;
     var at = cell_at(ray, t, root, cells);
     for (var i = 0u; i < MAX_LOOKUPS; i++) {
         let found = find(at);
@@ -67,29 +56,40 @@ fn march(ray: Ray, light: ptr<function, Light>) -> u32 {
             let leaving = exits(ray, found.cell);
             let t_exit = min(leaving.x, min(leaving.y, leaving.z));
             at = step_out(ray, found.cell, leaving, t_exit, cells);
-            if (any(at >= vec3<u32>(cells))) { break; }
-            t = max(min(t_exit, ray.t_out), t);
+            if (any(at >= vec3<u32>(cells)) || t_exit >= span.y) { return true; }
+            t = max(t_exit, t);
             continue;
         }
-        samples += 1u;
+        *samples += 1u;
         let depth = leaf_depth(found.word);
-        let value = leaf_value(found.word);
         if (last.step_depth != 0u && depth > last.step_depth) {
             // Deeper than the step: back to the last sample, and on from there with the deeper leaf's step.
             last.step_depth = depth;
         } else {
+            let value = value_at(ray, found, t);
             if (last.step_depth != 0u) {
                 add_linear(light, last.value, value, (t - last.t) * ray.length);
-                if ((*light).transmittance < frame.min_transmittance) { break; }
+                if ((*light).transmittance < frame.min_transmittance) { return false; }
             }
             last = Sample(t, value, depth);
         }
         t = last.t + step_at(step, last.step_depth);
-        if (t >= ray.t_out) {
-            add_constant(light, last.value, (ray.t_out - last.t) * ray.length);
-            break;
+        if (t >= span.y) {
+            var end = last.value;
+            if (continuous) {
+                let beyond = find(cell_at(ray, span.y, root, cells));
+                if (beyond.word != EMPTY) { end = value_at(ray, beyond, span.y); }
+            }
+            add_linear(light, last.value, end, (span.y - last.t) * ray.length);
+            return (*light).transmittance >= frame.min_transmittance;
         }
         at = cell_at(ray, t, root, cells);
     }
-    return samples;
+    return false;
+}
+
+// The field at t, in the leaf found last.
+fn value_at(ray: Ray, found: Found, t: f32) -> f32 {
+    if (!continuous) { return leaf_value(found.word); }
+    return trilinear(leaf_corners(), within(ray, t, found.cell, grid_cells()));
 }

@@ -52,7 +52,7 @@
 //!     settings: RenderSettings::new(64, 64),
 //! };
 //! let renderer = Renderer::new(DeviceChoice::Cpu)?;
-//! let (scene, _) = renderer.octree_scene(&ball, texture)?;
+//! let (scene, _) = renderer.octree_scene(&ball, texture, params.surface(&ball, &radius))?;
 //! let picture = renderer.render(&scene, &view, &Progress::new())?;
 //! assert!(picture.image.pixels[32 * 64 + 32][3] > 0.5, "the middle of the ball is not transparent");
 //! # Ok::<(), Box<dyn std::error::Error>>(())

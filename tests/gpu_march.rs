@@ -60,13 +60,13 @@ fn gpu_and_cpu_draw_the_same() {
     let marcher = Marcher::new(&context).expect("the shaders compile");
     for (seed, storage) in [(1, NodeStorage::Buffer), (2, NodeStorage::Texture)] {
         let texture = random_tree(seed, 6);
-        let volume = OctreeVolume::upload_as(&context, &texture, storage).expect("fits");
+        let volume = OctreeVolume::upload_as(&context, &texture, None, storage).expect("fits");
         for (view, camera) in cameras().iter().enumerate() {
             for steps in [Steps::Leaf, Steps::Paper] {
                 let frame = frame(camera, [75, 61]);
                 let classifier = &classifiers()[view % 2];
                 let settings = RenderSettings { steps, ..RenderSettings::new(75, 61) };
-                let on_cpu = cpu::march(&texture, &frame, classifier, &settings, &Progress::new()).expect("nobody cancels");
+                let on_cpu = cpu::march(&texture, None, &frame, classifier, &settings, &Progress::new()).expect("nobody cancels");
                 let on_gpu = marcher.render(&context, &volume, &frame, classifier, &settings).expect("renders");
                 let (p999, worst) = difference(&on_cpu.image, &on_gpu.image);
                 let what = format!("{storage:?}, view {view}, {steps:?}");
@@ -85,7 +85,7 @@ fn an_octree_without_leaves_is_transparent() {
     let context = context();
     let marcher = Marcher::new(&context).expect("the shaders compile");
     let texture = OctreeTexture::encode(&Octree::from_fn(DVec3::ZERO, 1.0, [0.0, 1.0], |_, _| CellKind::Empty)).expect("fits");
-    let volume = OctreeVolume::upload(&context, &texture).expect("fits");
+    let volume = OctreeVolume::upload(&context, &texture, None).expect("fits");
     for steps in [Steps::Leaf, Steps::Paper] {
         let settings = RenderSettings { steps, ..RenderSettings::new(9, 9) };
         let image = marcher.render(&context, &volume, &frame(&cameras()[0], [9, 9]), &classifiers()[0], &settings).expect("renders");
@@ -99,7 +99,7 @@ fn what_the_adapter_cannot_take_is_an_error_that_names_the_limit() {
     let error = Target::new(&context, 1 << 20, 1).expect_err("no adapter has textures that wide");
     assert!(matches!(error, GpuError::TooLarge { need: 1_048_576, limit_name: "max_texture_dimension_2d", .. }), "{error}");
     let marcher = Marcher::new(&context).expect("the shaders compile");
-    let volume = OctreeVolume::upload(&context, &random_tree(3, 2)).expect("fits");
+    let volume = OctreeVolume::upload(&context, &random_tree(3, 2), None).expect("fits");
     let target = Target::new(&context, 8, 8).expect("fits");
     let mut encoder = context.device.create_command_encoder(&Default::default());
     let frame = frame(&cameras()[0], [8, 9]);
@@ -120,7 +120,7 @@ fn a_target_is_made_anew_only_for_another_size() {
 fn every_frame_is_timed() {
     let context = context();
     let marcher = Marcher::new(&context).expect("the shaders compile");
-    let volume = OctreeVolume::upload(&context, &random_tree(3, 4)).expect("fits");
+    let volume = OctreeVolume::upload(&context, &random_tree(3, 4), None).expect("fits");
     let frames = cameras().map(|camera| frame(&camera, [32, 32]));
     let times = marcher.time(&context, &volume, &frames, &classifiers()[0], &RenderSettings::new(32, 32), 0.01, 3).expect("renders");
     assert_eq!(times.wall_s.len(), 15);
@@ -134,7 +134,7 @@ fn a_frame_that_nobody_waits_for_gets_done_and_says_what_it_took() {
     // Worthless on a software adapter, but there to be read.
     context.timestamps = context.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
     let marcher = Marcher::new(&context).expect("the shaders compile");
-    let volume = OctreeVolume::upload(&context, &random_tree(3, 5)).expect("fits");
+    let volume = OctreeVolume::upload(&context, &random_tree(3, 5), None).expect("fits");
     let (frame, classifier, settings) = (frame(&cameras()[0], [40, 30]), &classifiers()[0], RenderSettings::new(40, 30));
     let target = Target::new(&context, 40, 30).expect("fits");
     let started = marcher.start(&context, &volume, &frame, classifier, &settings, &target).expect("starts");
@@ -153,7 +153,7 @@ fn a_frame_that_nobody_waits_for_gets_done_and_says_what_it_took() {
 fn rows_are_marched_as_in_the_whole_image() {
     let context = context();
     let marcher = Marcher::new(&context).expect("the shaders compile");
-    let volume = OctreeVolume::upload(&context, &random_tree(3, 6)).expect("fits");
+    let volume = OctreeVolume::upload(&context, &random_tree(3, 6), None).expect("fits");
     for camera in cameras() {
         let (whole, settings) = (frame(&camera, [60, 40]), RenderSettings::new(60, 40));
         let march = |frame: &RayFrame| marcher.render(&context, &volume, frame, &classifiers()[0], &settings).expect("renders").image;

@@ -18,19 +18,21 @@ fn check(mesh_file: &str, reference: &str, views: &[(u32, u32)]) {
     let progress = Progress::new();
     let mesh = read_mesh(&shared.join("data/tet").join(mesh_file), &progress).expect("reads");
     let field = ScalarField::select(&mesh, &FieldSelection::default()).expect("has an array");
-    let tree = regularize(&mesh, &field, &OctreeParams::default(), &progress).expect("regularizes");
+    let params = OctreeParams::default();
+    let tree = regularize(&mesh, &field, &params, &progress).expect("regularizes");
+    let surface = params.surface(&mesh, &field);
     let texture = OctreeTexture::encode(&tree).expect("fits");
     let classifier = Classifier::new(&TransferFunction::standard(), texture.value_range(), mesh.bounds().diagonal());
     let context = Context::new().expect("an adapter");
     let marcher = Marcher::new(&context).expect("the shaders compile");
-    let volumes = [NodeStorage::Buffer, NodeStorage::Texture].map(|s| OctreeVolume::upload_as(&context, &texture, s).expect("fits"));
+    let volumes = [NodeStorage::Buffer, NodeStorage::Texture].map(|s| OctreeVolume::upload_as(&context, &texture, surface.as_deref(), s).expect("fits"));
     for &(view, size) in views {
         let camera = Camera::orbit(mesh.bounds().translated(mesh.center()), view, 1.0);
         let frame = camera.frame(mesh.center(), size, size);
         let exact = read_npy(&shared.join(format!("reference/{reference}_v{view:02}_{size}.npy"))).expect("reads");
         for steps in [Steps::Leaf, Steps::Paper] {
             let settings = RenderSettings { steps, ..RenderSettings::new(size, size) };
-            let on_cpu = cpu::march(&texture, &frame, &classifier, &settings, &progress).expect("nobody cancels").image;
+            let on_cpu = cpu::march(&texture, surface.as_deref(), &frame, &classifier, &settings, &progress).expect("nobody cancels").image;
             let (_, decibels) = psnr(&exact, &on_cpu);
             assert!(decibels > 36.0, "{reference}, view {view}, {steps:?}: {decibels} dB against the exact image");
             for volume in &volumes {

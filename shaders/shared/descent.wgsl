@@ -59,3 +59,16 @@ fn find(at: vec3<u32>) -> Found {
 fn child_of(at: vec3<u32>, bit: u32) -> vec3<u32> {
     return (at >> vec3<u32>(bit)) & vec3<u32>(1u);
 }
+
+// The shortest step in t. With t below 2, f32 still tells apart the two ends of such a step.
+const MIN_STEP: f32 = 9.5367431640625e-7;
+
+// L_s in a ray's t, within 2^-11 of it.
+fn step_along(ray: Ray) -> f32 {
+    return frame.step * inverse_length(ray);
+}
+
+// The step at a depth, L(d) = L_s / 2^(d-1).
+fn step_at(step: f32, depth: u32) -> f32 {
+    return max(ldexp(step, 1 - i32(depth)), MIN_STEP);
+}

@@ -50,6 +50,7 @@ fn add_piece(light: ptr<function, Light>, interval: u32, front: f32, back: f32, 
     if (piece_length <= 0.0) { return; }
     let f = classify(interval, front);
     let b = classify(interval, back);
+    if (f.extinction + b.extinction <= 0.0) { return; }
     let w = segment(f.extinction * piece_length, b.extinction * piece_length);
     (*light).color += (*light).transmittance * (w.x * f.color + w.y * b.color);
     (*light).transmittance *= 1.0 - w.z;

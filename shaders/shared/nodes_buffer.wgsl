@@ -5,3 +5,10 @@
 fn node(block: u32, child: vec3<u32>) -> u32 {
     return nodes[8u * block + (child.x | (child.y << 1u) | (child.z << 2u))];
 }
+
+// Samples at the corners of the children, 15 words a block.
+@group(0) @binding(7) var<storage, read> bricks: array<u32>;
+
+fn brick_word(block: u32, i: u32) -> u32 {
+    return bricks[15u * block + i];
+}

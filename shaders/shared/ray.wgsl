@@ -72,6 +72,12 @@ fn cell_at(ray: Ray, t: f32, within: Cell, cells: u32) -> vec3<u32> {
     return clamp(vec3<u32>(max(position, vec3<f32>(0.0))), within.low, within.low + (within.size - 1u));
 }
 
+// Where in a cell the ray is at t, in cells from its lowest corner.
+fn within(ray: Ray, t: f32, cell: Cell, cells: u32) -> vec3<f32> {
+    let position = (ray.origin + ray.direction * t) * f32(cells);
+    return clamp((position - vec3<f32>(cell.low)) / f32(cell.size), vec3<f32>(0.0), vec3<f32>(1.0));
+}
+
 // t of the planes through which the ray enters a cell, the last of them.
 fn entry(ray: Ray, cell: Cell) -> f32 {
     let low = vec3<f32>(select(cell.low + cell.size, cell.low, ray.direction >= vec3<f32>(0.0)));

@@ -83,7 +83,7 @@ pub fn build_octree(
     let build_s = start.elapsed().as_secs_f64();
     progress.check()?;
     let bytes = texture.bytes();
-    let (scene, upload_s) = renderer.octree_scene(mesh, texture)?;
+    let (scene, upload_s) = renderer.octree_scene(mesh, texture, params.surface(mesh, &field))?;
     let (nodes, leaves_by_depth) = (tree.node_count(), tree.leaves_by_depth());
     Ok(OctreeModel { scene, value_range: field.range, nodes, leaves_by_depth, bytes, build_s, upload_s })
 }

@@ -104,7 +104,7 @@ impl BenchCommand {
         let repeats = usize::from(self.repeats);
         let build = with_bar(|progress| Build::measure(mesh, field, &params, repeats, progress))?;
         let (best, median, count, bytes) = (build.best_s(), build.median_s(), build.tree.node_count(), build.texture.bytes());
-        let (scene, _) = renderer.octree_scene(mesh, build.texture)?;
+        let (scene, _) = renderer.octree_scene(mesh, build.texture, params.surface(mesh, field))?;
         let quality = |steps| -> Result<f64> { Ok(psnr(exact, &self.picture(renderer, &scene, view, steps)?).1) };
         let (leaf, paper) = (quality(Steps::Leaf)?, quality(Steps::Paper)?);
         let bounds = mesh.bounds().translated(mesh.center());

@@ -93,7 +93,14 @@ impl RenderCommand {
         let texture = OctreeTexture::encode(&tree)?;
         report.set("time", "regularize", start.elapsed().as_secs_f64());
         report.octree(&tree, &texture);
-        let (scene, upload_s) = renderer.octree_scene(mesh, texture)?;
+        let start = Instant::now();
+        let surface = tree.params.surface(mesh, field);
+        if let Some(surface) = &surface {
+            report.set("boundary", "bytes", surface.bytes());
+            report.set("boundary", "faces", surface.faces().len());
+            report.set("time", "boundary", start.elapsed().as_secs_f64());
+        }
+        let (scene, upload_s) = renderer.octree_scene(mesh, texture, surface)?;
         report.set("time", "upload", upload_s);
         Ok(scene)
     }

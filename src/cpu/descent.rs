@@ -66,6 +66,16 @@ impl<'a> Descent<'a> {
         (if word.0 >> 24 == INTERIOR { Word(0) } else { word }, cell)
     }
 
+    /// The samples at the corners of the leaf found last, whose texture has bricks.
+    pub fn corners(&self) -> [f32; 8] {
+        let bit = u32::from(self.texture.depth()) - 1 - self.level;
+        let child = (self.last >> bit) & 1;
+        let block = self.stack[self.level as usize];
+        let n = self.texture.blocks_per_axis();
+        let number = (block >> 16) + n * ((block >> 8 & 255) + n * (block & 255));
+        self.texture.bricks()[number as usize].corners(child.x | child.y << 1 | child.z << 2)
+    }
+
     /// The texel of a child. A block is named by its position in the pool, x in the highest byte, as an interior texel has it.
     fn node(&self, block: u32, child: UVec3) -> Word {
         let at = UVec3::new(block >> 16, block >> 8 & 255, block & 255) * 2 + child;

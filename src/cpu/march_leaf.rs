@@ -1,37 +1,62 @@
 //! The march leaf by leaf: the twin of `shaders/march_leaf.wgsl`.
 
-use super::Scene;
-use super::descent::Descent;
+use super::descent::{Descent, Word};
 use super::ray::{Cell, Ray};
+use super::{Scene, step_at};
+use crate::octree::trilinear;
 use crate::optics::Light;
 
-/// Follows a ray from leaf to leaf (method 1.4, the stricter rule): constant value from where the ray enters a leaf to where it leaves.
-/// Samples placed inside a leaf at a finer step would all find that value, so one a leaf is the same picture.
-/// Returns the light and the number of full leaves met.
-pub(super) fn march(scene: &Scene, ray: &Ray) -> (Light, u32) {
-    let mut descent = Descent::new(scene.texture);
+/// A leaf is cut into at most so many pieces.
+pub const MAX_PIECES: f32 = 64.0;
+
+/// Follows a ray from leaf to leaf (method 1.4, the stricter rule) from t = `span[0]` to `span[1]`; adds its light and the number of full
+/// leaves met. Returns whether there may be more to see behind.
+pub(super) fn march(scene: &Scene, ray: &Ray, descent: &mut Descent, span: [f32; 2], light: &mut Light, samples: &mut u32) -> bool {
     let cells = descent.cells();
-    let mut light = Light::default();
-    let mut samples = 0;
-    let mut t = 0.0;
+    let mut t = span[0];
     let mut at = ray.cell_at(t, Cell::root(cells), cells);
     loop {
         let (word, cell) = descent.find(at);
         let exits = ray.exits(cell, cells);
         let t_exit = exits.min_element();
-        let t_next = t_exit.min(ray.t_out).max(t);
+        let t_next = t_exit.min(span[1]).max(t);
         if word.0 != 0 {
-            samples += 1;
-            light.add_constant(scene.table, word.value(), (t_next - t) * ray.length);
+            *samples += 1;
+            pass_leaf(scene, ray, descent, word, cell, [t, t_next], light);
             if light.transmittance < scene.min_transmittance {
-                break;
+                return false;
             }
+        }
+        if t_exit >= span[1] {
+            return true;
         }
         at = ray.step(cell, exits, t_exit, cells);
         if at.max_element() >= cells {
-            break;
+            return true;
         }
         t = t_next;
     }
-    (light, samples)
+}
+
+/// Passes the part `span` of a ray, inside one leaf: with one value (samples at a finer step would all find it), or with the trilinear
+/// field, linear over pieces no longer than the step of the leaf's depth.
+fn pass_leaf(scene: &Scene, ray: &Ray, descent: &Descent, word: Word, cell: Cell, span: [f32; 2], light: &mut Light) {
+    let t_length = span[1] - span[0];
+    if !scene.continuous {
+        light.add_constant(scene.table, word.value(), t_length * ray.length);
+        return;
+    }
+    let corners = descent.corners();
+    let cells = descent.cells();
+    let (from, to) = (ray.within(span[0], cell, cells), ray.within(span[1], cell, cells));
+    let pieces = (t_length / step_at(scene.step_along(ray), word.depth())).ceil().clamp(1.0, MAX_PIECES);
+    let piece_length = t_length * ray.length / pieces;
+    let mut front = trilinear(&corners, from);
+    let mut piece = 1.0;
+    while piece <= pieces {
+        let back = trilinear(&corners, from + (to - from) * (piece / pieces));
+        light.add_linear(scene.table, front, back, piece_length);
+        front = back;
+        piece += 1.0;
+    }
 }

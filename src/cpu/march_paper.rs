@@ -1,8 +1,9 @@
 //! The march by the paper's step rule: the twin of `shaders/march_paper.wgsl`.
 
-use super::descent::Descent;
+use super::descent::{Descent, Word};
 use super::ray::{Cell, Ray};
 use super::{MAX_LOOKUPS, Scene, step_at};
+use crate::octree::trilinear;
 use crate::optics::Light;
 
 /// The last sample of a run.
@@ -13,18 +14,17 @@ struct Sample {
     step_depth: u32,
 }
 
-/// Samples a ray with the step of the leaves it meets (method 1.4): `L(d) = L_s / 2^(d-1)`; back to the last sample where a leaf is
-/// deeper than the step's depth; linear between the samples of a run; a run ends at the face where the volume does, and empty cells are
-/// leapt over. Returns the light and the number of full leaves looked up, those that were stepped back from included.
-pub(super) fn march(scene: &Scene, ray: &Ray) -> (Light, u32) {
-    let mut descent = Descent::new(scene.texture);
+/// Samples a ray from t = `span[0]` to `span[1]` with the step of the leaves it meets (method 1.4): `L(d) = L_s / 2^(d-1)`; back to the last
+/// sample where a leaf is deeper than the step's depth; linear between the samples of a run; a run ends at the face where the volume does,
+/// and empty cells are leapt over. Adds the light and the number of full leaves looked up, those that were stepped back from included.
+/// Returns whether there may be more to see behind.
+pub(super) fn march(scene: &Scene, ray: &Ray, descent: &mut Descent, span: [f32; 2], light: &mut Light, samples: &mut u32) -> bool {
     let cells = descent.cells();
+    let root = Cell::root(cells);
     let step = scene.step_along(ray);
-    let mut light = Light::default();
-    let mut samples = 0;
     let mut run: Option<Sample> = None;
-    let mut t = 0.0;
-    let mut at = ray.cell_at(t, Cell::root(cells), cells);
+    let mut t = span[0];
+    let mut at = ray.cell_at(t, root, cells);
     for _ in 0..MAX_LOOKUPS {
         let (word, cell) = descent.find(at);
         if word.0 == 0 {
@@ -36,22 +36,23 @@ pub(super) fn march(scene: &Scene, ray: &Ray) -> (Light, u32) {
             let exits = ray.exits(cell, cells);
             let t_exit = exits.min_element();
             at = ray.step(cell, exits, t_exit, cells);
-            if at.max_element() >= cells {
-                return (light, samples);
+            if at.max_element() >= cells || t_exit >= span[1] {
+                return true;
             }
-            t = t_exit.min(ray.t_out).max(t);
+            t = t_exit.max(t);
             continue;
         }
-        samples += 1;
-        let (depth, value) = (word.depth(), word.value());
+        *samples += 1;
+        let depth = word.depth();
         run = match run {
             // Deeper than the step: back to the last sample, and on from there with the deeper leaf's step.
             Some(last) if depth > last.step_depth => Some(Sample { step_depth: depth, ..last }),
             last => {
+                let value = value(scene, ray, descent, word, cell, t);
                 if let Some(last) = last {
                     light.add_linear(scene.table, last.value, value, (t - last.t) * ray.length);
                     if light.transmittance < scene.min_transmittance {
-                        return (light, samples);
+                        return false;
                     }
                 }
                 Some(Sample { t, value, step_depth: depth })
@@ -59,12 +60,22 @@ pub(super) fn march(scene: &Scene, ray: &Ray) -> (Light, u32) {
         };
         if let Some(last) = &run {
             t = last.t + step_at(step, last.step_depth);
-            if t >= ray.t_out {
-                light.add_constant(scene.table, last.value, (ray.t_out - last.t) * ray.length);
-                return (light, samples);
+            if t >= span[1] {
+                let mut end = last.value;
+                if scene.continuous {
+                    let (word, cell) = descent.find(ray.cell_at(span[1], root, cells));
+                    end = if word.0 == 0 { end } else { value(scene, ray, descent, word, cell, span[1]) };
+                }
+                light.add_linear(scene.table, last.value, end, (span[1] - last.t) * ray.length);
+                return light.transmittance >= scene.min_transmittance;
             }
         }
-        at = ray.cell_at(t, Cell::root(cells), cells);
+        at = ray.cell_at(t, root, cells);
     }
-    (light, samples)
+    false
+}
+
+/// The field at `t`, in the leaf found last.
+fn value(scene: &Scene, ray: &Ray, descent: &Descent, word: Word, cell: Cell, t: f32) -> f32 {
+    if scene.continuous { trilinear(&descent.corners(), ray.within(t, cell, descent.cells())) } else { word.value() }
 }

@@ -10,16 +10,20 @@ mod surface;
 #[cfg(test)]
 mod surface_tests;
 
+use descent::Descent;
 pub use descent::{INTERIOR, MAX_DEPTH};
+pub use march_leaf::MAX_PIECES;
 pub use ray::{FAR, PARALLEL};
 pub use surface::{MAX_HITS, TINY, surface_intervals};
 
 use crate::image::Image;
-use crate::octree::OctreeTexture;
-use crate::optics::{Classifier, KnotTable};
+use crate::mesh::BoundarySurface;
+use crate::octree::{OctreeTexture, Reconstruction};
+use crate::optics::{Classifier, KnotTable, Light};
 use crate::progress::{Cancelled, Progress};
 use crate::view::{CubeRays, RayFrame, RenderSettings, Steps};
 use ray::Ray;
+use surface::SurfaceRay;
 use rayon::prelude::*;
 
 /// No ray looks up more cells: only steps far below any leaf's size could.
@@ -39,6 +43,9 @@ pub struct MarchOutput {
 /// What all rays of an image share.
 struct Scene<'a> {
     texture: &'a OctreeTexture,
+    /// Where rays enter and leave the mesh; without it they march through the whole cube.
+    surface: Option<&'a BoundarySurface>,
+    continuous: bool,
     table: &'a KnotTable,
     min_transmittance: f32,
     /// L_s in cube edges.
@@ -50,6 +57,30 @@ impl Scene<'_> {
     fn step_along(&self, ray: &Ray) -> f32 {
         self.step * ray.inverse_length()
     }
+
+    /// Marches a ray through the cube, or through the parts of it that the surface leaves. Returns the light and the number of full leaves
+    /// looked up.
+    fn march(&self, ray: &Ray, steps: Steps) -> (Light, u32) {
+        let march = match steps {
+            Steps::Leaf => march_leaf::march,
+            Steps::Paper => march_paper::march,
+        };
+        let mut descent = Descent::new(self.texture);
+        let (mut light, mut samples) = (Light::default(), 0);
+        let Some(surface) = self.surface else {
+            march(self, ray, &mut descent, [0.0, ray.t_out], &mut light, &mut samples);
+            return (light, samples);
+        };
+        let mut way = SurfaceRay::start(surface, ray);
+        loop {
+            let (enters, leaves) = way.next_interval();
+            let leaves = leaves.min(ray.t_out);
+            // Rays that pass behind the cube's far side have nothing left to meet.
+            if enters >= leaves || !march(self, ray, &mut descent, [enters, leaves], &mut light, &mut samples) {
+                return (light, samples);
+            }
+        }
+    }
 }
 
 /// The step at a depth, `L(d) = L_s / 2^(d-1)`, equation (2) of method 1.4.
@@ -58,9 +89,10 @@ fn step_at(step: f32, depth: u32) -> f32 {
 }
 
 /// Marches the octree texture along every ray of `frame` by the rule `settings.steps`, row by row on all threads; the result does not
-/// depend on their number. Of the settings, `steps`, `step_world` and `min_transmittance` count; the size is the frame's.
+/// depend on their number. With a surface, only what lies inside it is marched. Of the settings, `steps`, `step_world` and `min_transmittance` count; the size is the frame's.
 pub fn march(
     texture: &OctreeTexture,
+    surface: Option<&BoundarySurface>,
     frame: &RayFrame,
     classifier: &Classifier,
     settings: &RenderSettings,
@@ -75,13 +107,11 @@ pub fn march(
     let table = classifier.table(texture.root_edge());
     let scene = Scene {
         texture,
+        surface,
+        continuous: texture.reconstruction() == Reconstruction::Continuous,
         table: &table,
         min_transmittance: settings.min_transmittance as f32,
         step: settings.step_world.map_or(0.5, |step| step / texture.root_edge()) as f32,
-    };
-    let march_ray = match settings.steps {
-        Steps::Leaf => march_leaf::march,
-        Steps::Paper => march_paper::march,
     };
     let march_row = |(row, pixels): (usize, &mut [[f32; 4]])| {
         progress.check()?;
@@ -89,7 +119,7 @@ pub fn march(
         for (column, pixel) in pixels.iter_mut().enumerate() {
             let ray = Ray::enter(rays.ray(column as u32, row as u32));
             if ray.t_out > 0.0 {
-                let (light, met) = march_ray(&scene, &ray);
+                let (light, met) = scene.march(&ray, settings.steps);
                 *pixel = light.rgba();
                 samples += u64::from(met);
             }

@@ -84,6 +84,12 @@ impl Ray {
         position.max(Vec3::ZERO).as_uvec3().clamp(within.low, within.low + (within.size - 1))
     }
 
+    /// Where in a cell the ray is at `t`, in cells from its lowest corner.
+    pub fn within(&self, t: f32, cell: Cell, cells: u32) -> Vec3 {
+        let position = (self.origin + self.direction * t) * cells as f32;
+        ((position - cell.low.as_vec3()) / cell.size as f32).clamp(Vec3::ZERO, Vec3::ONE)
+    }
+
     /// t of the planes through which the ray enters a cell, the last of them.
     pub fn entry(&self, cell: Cell, cells: u32) -> f32 {
         let low = Vec3::select(self.direction.cmpge(Vec3::ZERO), cell.low.as_vec3(), (cell.low + cell.size).as_vec3());

@@ -141,7 +141,7 @@ fn finer_paper_steps_come_to_the_leaf_picture() {
     let texture = random_tree(7, 4);
     let classifier = grey_ramp(&[[0.0, 0.0], [1.0, 1.0]], 0.3);
     let frame = parallel(DVec3::new(-2.0, -1.3, 1.9), DVec3::splat(0.5), 1.6).frame(DVec3::ZERO, 24, 24);
-    let image = |settings| march(&texture, &frame, &classifier, &settings, &Progress::new()).expect("nobody cancels").image;
+    let image = |settings| march(&texture, None, &frame, &classifier, &settings, &Progress::new()).expect("nobody cancels").image;
     let leaf = image(settings(Steps::Leaf));
     let mean_difference = |step: f64| {
         let paper = image(RenderSettings { step_world: Some(step), ..settings(Steps::Paper) });
@@ -182,7 +182,7 @@ fn random_trees_look_as_dense_look_ups_see_them() {
         let inside = Camera { eye: DVec3::new(0.4, 0.3, 0.6), projection: Projection::Perspective { fov_y_degrees: 100.0 }, ..camera };
         for camera in [camera, inside, parallel(eye, DVec3::splat(0.5), 1.5)] {
             let frame = camera.frame(DVec3::ZERO, 9, 7);
-            let image = march(&texture, &frame, &classifier, &settings(Steps::Leaf), &Progress::new()).expect("nobody cancels").image;
+            let image = march(&texture, None, &frame, &classifier, &settings(Steps::Leaf), &Progress::new()).expect("nobody cancels").image;
             for (i, pixel) in image.pixels.iter().enumerate() {
                 let (origin, direction) = frame.ray(i as u32 % 9, i as u32 / 9);
                 let expected = dense(&texture, &classifier, origin, direction, 100_000);
@@ -204,7 +204,7 @@ fn scale_and_distance_do_not_change_the_picture() {
         let eye = DVec3::new(0.6, -0.48, 0.64) * distance * edge;
         let frame = parallel(eye, DVec3::ZERO, 1.2 * edge).frame(DVec3::ZERO, 32, 32);
         let classifier = grey_ramp(&[[0.0, 0.1], [1.0, 1.0]], 0.2 * edge);
-        march(&texture, &frame, &classifier, &settings(steps), &Progress::new()).expect("nobody cancels").image
+        march(&texture, None, &frame, &classifier, &settings(steps), &Progress::new()).expect("nobody cancels").image
     };
     for steps in BOTH {
         let reference = image(1.0, 3.0, steps);
@@ -242,7 +242,7 @@ fn opaque_rays_stop_early() {
     for steps in BOTH {
         let samples = |min_transmittance| {
             let settings = RenderSettings { min_transmittance, ..settings(steps) };
-            march(&texture, &frame, &classifier, &settings, &Progress::new()).expect("nobody cancels").samples
+            march(&texture, None, &frame, &classifier, &settings, &Progress::new()).expect("nobody cancels").samples
         };
         assert!(samples(0.0) >= 16 * 32 && samples(1.0 / 512.0) <= 16 * 5, "{steps:?}: {} {}", samples(0.0), samples(1.0 / 512.0));
     }
@@ -254,7 +254,7 @@ fn a_cancelled_march_says_so() {
     let frame = parallel(DVec3::splat(-1.0), DVec3::ZERO, 1.0).frame(DVec3::ZERO, 8, 8);
     let progress = Progress::new();
     progress.cancel();
-    assert_eq!(march(&texture, &frame, &grey_ramp(&[[0.0, 1.0]], 1.0), &settings(Steps::Leaf), &progress), Err(Cancelled));
+    assert_eq!(march(&texture, None, &frame, &grey_ramp(&[[0.0, 1.0]], 1.0), &settings(Steps::Leaf), &progress), Err(Cancelled));
 }
 
 #[test]
@@ -264,7 +264,7 @@ fn the_number_of_threads_does_not_matter() {
     let classifier = grey_ramp(&[[0.0, 0.0], [1.0, 1.0]], 0.2);
     let output = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
-        pool.install(|| march(&texture, &frame, &classifier, &settings(Steps::Paper), &Progress::new()))
+        pool.install(|| march(&texture, None, &frame, &classifier, &settings(Steps::Paper), &Progress::new()))
     };
     assert_eq!(output(1), output(4));
 }

@@ -9,4 +9,4 @@ mod tet;
 
 pub use aabb::Aabb;
 pub use overlap::{TetPlanes, octants};
-pub use tet::{FACES, barycentric, closest_point, closest_point_on_triangle, gradient, is_degenerate, signed_volume};
+pub use tet::{FACES, barycentric, closest_point, closest_point_beyond, closest_point_on_triangle, gradient, is_degenerate, signed_volume};

@@ -92,6 +92,22 @@ impl TetPlanes {
         distance(0).max(distance(1)).max(distance(2)).max(distance(3))
     }
 
+    /// For each of N points (`[x, y, z]`, N numbers each) the tet of `tets` that holds it deepest, or comes nearest to holding it: that
+    /// whose farthest face plane is the least outside, and how far that is (at most 0 inside, and never more than the distance to the tet
+    /// outside). The first of equals; `u32::MAX` and infinity where there are no tets.
+    pub fn deepest<const N: usize>(&self, tets: &[u32], points: &[[f32; N]; 3]) -> ([u32; N], [f32; N]) {
+        pulp::Arch::new().dispatch(Deepest { planes: self, tets, points })
+    }
+
+    /// Faces 0 to 3 of a tet that have a point on their outer side, as bits.
+    pub fn faces_outside(&self, tet: usize, p: Vec3) -> u8 {
+        let faces = &self.batches[self.starts[tet] as usize];
+        (0..4).fold(0, |all, i| {
+            let distance = faces.x[i] * p.x + faces.y[i] * p.y + faces.z[i] * p.z - faces.d[i];
+            all | u8::from(distance > 0.0) << i
+        })
+    }
+
     /// For each of `tets`, the children of a cell that it overlaps, bit `i = x + 2 y + 4 z`, appended to `masks`. The cell has this
     /// center and its children's half edge is `quarter`; each tet must overlap the cell itself.
     pub fn child_masks(&self, tets: &[u32], center: Vec3, quarter: f32, masks: &mut Vec<u8>) {
@@ -171,6 +187,39 @@ impl pulp::WithSimd for ChildMasks<'_> {
         for (mask, &tet) in self.masks.iter_mut().zip(self.tets) {
             *mask = self.planes.child_mask(tet as usize, self.center, self.quarter);
         }
+    }
+}
+
+/// [`TetPlanes::deepest`] as a kernel that is compiled for the widest vectors that the processor may have.
+struct Deepest<'a, const N: usize> {
+    planes: &'a TetPlanes,
+    tets: &'a [u32],
+    points: &'a [[f32; N]; 3],
+}
+
+impl<const N: usize> pulp::WithSimd for Deepest<'_, N> {
+    type Output = ([u32; N], [f32; N]);
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
+        let [x, y, z] = self.points;
+        let (mut tets, mut distances) = ([u32::MAX; N], [f32::INFINITY; N]);
+        for &tet in self.tets {
+            let faces = &self.planes.batches[self.planes.starts[tet as usize] as usize];
+            let mut outside = [f32::NEG_INFINITY; N];
+            for i in 0..4 {
+                for k in 0..N {
+                    let distance = faces.x[i] * x[k] + faces.y[i] * y[k] + faces.z[i] * z[k] - faces.d[i];
+                    outside[k] = if distance > outside[k] { distance } else { outside[k] };
+                }
+            }
+            for k in 0..N {
+                let nearer = outside[k] < distances[k];
+                distances[k] = if nearer { outside[k] } else { distances[k] };
+                tets[k] = if nearer { tet } else { tets[k] };
+            }
+        }
+        (tets, distances)
     }
 }
 
@@ -269,6 +318,19 @@ mod tests {
             several += u32::from(masks[0].count_ones() > 1);
         }
         assert!(checked > 10_000 && several > 500, "{checked} decisions, {several} tets across children");
+    }
+
+    #[test]
+    fn deepest_finds_the_holder_or_the_nearest() {
+        let mut planes = TetPlanes::default();
+        planes.push(&[DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z]);
+        planes.push(&[DVec3::ZERO, DVec3::Y, DVec3::X, -DVec3::Z]);
+        let points = [[0.1, 0.1, -2.0, 0.2], [0.1, 0.1, 0.1, 0.2], [0.1, -0.2, 0.2, 3.0]];
+        let (tets, distances) = planes.deepest(&[0, 1], &points);
+        assert_eq!(tets, [0, 1, 0, 0]);
+        assert!(distances[0] < 0.0 && distances[1] < 0.0 && (distances[2] - 2.0).abs() < 1e-6 && distances[3] > 1.0, "{distances:?}");
+        assert_eq!(planes.deepest::<1>(&[], &[[0.0]; 3]), ([u32::MAX], [f32::INFINITY]));
+        assert_eq!((planes.faces_outside(0, Vec3::new(-0.5, 0.2, 0.2)), planes.faces_outside(0, Vec3::splat(0.1))), (2, 0));
     }
 
     #[test]

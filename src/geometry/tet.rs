@@ -76,8 +76,16 @@ pub fn closest_point(x: DVec3, p: &[DVec3; 4]) -> ([f64; 4], f64) {
     if inside.iter().all(|&w| w >= 0.0) {
         return (inside, 0.0);
     }
+    closest_point_beyond(x, p, 0b1111)
+}
+
+/// [`closest_point`] where `x` is known to lie outside, beyond the faces whose bits are set: the nearest point is on one of those.
+pub fn closest_point_beyond(x: DVec3, p: &[DVec3; 4], faces: u8) -> ([f64; 4], f64) {
+    if faces == 0 {
+        return closest_point(x, p);
+    }
     let mut best = ([1.0, 0.0, 0.0, 0.0], f64::INFINITY);
-    for [a, b, c] in FACES {
+    for (_, [a, b, c]) in FACES.into_iter().enumerate().filter(|(i, _)| faces >> i & 1 == 1) {
         let w = closest_point_on_triangle(x, p[a], p[b], p[c]);
         let distance = (p[a] * w[0] + p[b] * w[1] + p[c] * w[2]).distance(x);
         if distance < best.1 {

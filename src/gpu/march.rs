@@ -11,26 +11,31 @@ use super::volume::{Nodes, OctreeVolume};
 use crate::image::Image;
 use crate::optics::{Classifier, psi_table};
 use crate::view::{RayFrame, RenderSettings, Steps};
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 use wgpu::util::DeviceExt;
 
 /// Pixels along each side of the square that a workgroup marches.
 const TILE: u32 = 8;
 
-/// The pipelines of the march, for both step rules and both forms of the volume.
+/// The pipelines of the march.
 #[derive(Debug)]
 pub struct Marcher {
-    buffer: Variant,
-    texture: Variant,
+    /// Layouts for a volume of buffers, and of textures.
+    layouts: [wgpu::BindGroupLayout; 2],
+    /// Each is made when it is first needed.
+    pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
     psi: wgpu::Buffer,
 }
 
-/// Pipelines for one form of the volume.
-#[derive(Debug)]
+/// What a pipeline is made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Variant {
-    layout: wgpu::BindGroupLayout,
-    leaf: wgpu::ComputePipeline,
-    paper: wgpu::ComputePipeline,
+    steps: Steps,
+    storage: NodeStorage,
+    continuous: bool,
+    clipped: bool,
 }
 
 /// An image made on the GPU.
@@ -47,11 +52,11 @@ pub struct GpuFrame {
 }
 
 impl Marcher {
-    /// Compiles the shaders.
+    /// Makes what all frames share; shaders are compiled when they are first needed.
     pub fn new(context: &Context) -> Result<Self, GpuError> {
         context.scoped(|| Marcher {
-            buffer: Variant::new(&context.device, NodeStorage::Buffer),
-            texture: Variant::new(&context.device, NodeStorage::Texture),
+            layouts: [NodeStorage::Buffer, NodeStorage::Texture].map(|storage| layout(&context.device, storage)),
+            pipelines: Mutex::default(),
             psi: init_buffer(&context.device, "psi", bytemuck::cast_slice(psi_table()), wgpu::BufferUsages::STORAGE),
         })
     }
@@ -94,16 +99,19 @@ impl Marcher {
 
         let uniforms = Frame::new(frame, volume.root_min, volume.root_edge, volume.depth, settings);
         let table = classifier.table(volume.root_edge);
-        let variant = match volume.storage() {
-            NodeStorage::Buffer => &self.buffer,
-            NodeStorage::Texture => &self.texture,
+        let (storage, continuous, clipped) = (volume.storage(), volume.continuous, volume.clipped);
+        let variant = Variant { steps: settings.steps, storage, continuous, clipped };
+        let (nodes, bricks) = match &volume.nodes {
+            Nodes::Buffer(nodes, bricks) => (nodes.as_entire_binding(), bricks.as_entire_binding()),
+            Nodes::Texture(nodes, bricks) => {
+                (wgpu::BindingResource::TextureView(nodes), wgpu::BindingResource::TextureView(bricks))
+            }
         };
-        let nodes = match &volume.nodes {
-            Nodes::Buffer(buffer) => buffer.as_entire_binding(),
-            Nodes::Texture(view) => wgpu::BindingResource::TextureView(view),
-        };
+        let [surface_nodes, surface_faces, surface_vertices] = volume.surface.bindings();
         context.scoped(|| {
             let device = &context.device;
+            let layout = self.layout(storage);
+            let pipeline = self.pipeline(device, variant);
             let init = |label, contents, usage| init_buffer(device, label, contents, usage);
             let storage = wgpu::BufferUsages::STORAGE;
             let uniforms = init("frame", bytemuck::bytes_of(&uniforms), wgpu::BufferUsages::UNIFORM);
@@ -118,11 +126,16 @@ impl Marcher {
                 self.psi.as_entire_binding(),
                 wgpu::BindingResource::TextureView(target.view()),
                 counter.as_entire_binding(),
+                bricks,
+                surface_nodes,
+                surface_faces,
+                surface_vertices,
             ];
-            let bind_group = variant.bind_group(device, resources);
+            let entries: Vec<_> = (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+            let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("march"), layout, entries: &entries });
             let timestamp_writes = timestamps.map(Timestamps::round_pass);
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("march"), timestamp_writes });
-            pass.set_pipeline(if settings.steps == Steps::Leaf { &variant.leaf } else { &variant.paper });
+            pass.set_pipeline(&pipeline);
             pass.set_bind_group(0, &bind_group, &[]);
             pass.dispatch_workgroups(groups[0], groups[1], 1);
             drop(pass);
@@ -164,62 +177,73 @@ impl Marcher {
     }
 }
 
-impl Variant {
-    fn new(device: &wgpu::Device, storage: NodeStorage) -> Self {
-        let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-        let read = buffer(wgpu::BufferBindingType::Storage { read_only: true });
-        let nodes = match storage {
-            NodeStorage::Buffer => read,
-            NodeStorage::Texture => wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Uint,
-                view_dimension: wgpu::TextureViewDimension::D3,
-                multisampled: false,
-            },
-        };
-        let image = wgpu::BindingType::StorageTexture {
-            access: wgpu::StorageTextureAccess::WriteOnly,
-            format: wgpu::TextureFormat::Rgba32Float,
-            view_dimension: wgpu::TextureViewDimension::D2,
-        };
-        // In the order of their numbers: frame, nodes, knots, knot_index, psi_table, image, counter.
-        let types = [
-            buffer(wgpu::BufferBindingType::Uniform),
-            nodes,
-            read,
-            read,
-            read,
-            image,
-            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
-        ];
-        let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None };
-        let entries: Vec<_> = (0..).zip(types).map(entry).collect();
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("march"), entries: &entries });
-        let pipeline = |stage: &str| pipeline(device, &layout, stage, storage);
-        let (leaf, paper) = (pipeline("march_leaf.wgsl"), pipeline("march_paper.wgsl"));
-        Variant { layout, leaf, paper }
+impl Marcher {
+    fn layout(&self, storage: NodeStorage) -> &wgpu::BindGroupLayout {
+        &self.layouts[usize::from(storage == NodeStorage::Texture)]
     }
 
-    fn bind_group(&self, device: &wgpu::Device, resources: [wgpu::BindingResource; 7]) -> wgpu::BindGroup {
-        let entries: Vec<_> = (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-        device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("march"), layout: &self.layout, entries: &entries })
+    fn pipeline(&self, device: &wgpu::Device, variant: Variant) -> wgpu::ComputePipeline {
+        let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        pipelines.entry(variant).or_insert_with(|| pipeline(device, self.layout(variant.storage), variant)).clone()
     }
 }
 
-fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, stage: &str, storage: NodeStorage) -> wgpu::ComputePipeline {
-    let source = wgpu::ShaderSource::Wgsl(shader::source(stage, storage).into());
+fn layout(device: &wgpu::Device, storage: NodeStorage) -> wgpu::BindGroupLayout {
+    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    let read = buffer(wgpu::BufferBindingType::Storage { read_only: true });
+    let nodes = match storage {
+        NodeStorage::Buffer => read,
+        NodeStorage::Texture => wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Uint,
+            view_dimension: wgpu::TextureViewDimension::D3,
+            multisampled: false,
+        },
+    };
+    let image = wgpu::BindingType::StorageTexture {
+        access: wgpu::StorageTextureAccess::WriteOnly,
+        format: wgpu::TextureFormat::Rgba32Float,
+        view_dimension: wgpu::TextureViewDimension::D2,
+    };
+    // In the order of their numbers: frame, nodes, knots, knot_index, psi_table, image, counter, bricks, surface_nodes, surface_faces,
+    // surface_vertices.
+    let types = [
+        buffer(wgpu::BufferBindingType::Uniform),
+        nodes,
+        read,
+        read,
+        read,
+        image,
+        buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+        nodes,
+        read,
+        read,
+        read,
+    ];
+    let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None };
+    let entries: Vec<_> = (0..).zip(types).map(entry).collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("march"), entries: &entries })
+}
+
+fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, variant: Variant) -> wgpu::ComputePipeline {
+    let stage = match variant.steps {
+        Steps::Leaf => "march_leaf.wgsl",
+        Steps::Paper => "march_paper.wgsl",
+    };
+    let source = wgpu::ShaderSource::Wgsl(shader::source(stage, variant.storage).into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(stage), source });
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(stage),
         bind_group_layouts: &[Some(layout)],
         immediate_size: 0,
     });
+    let flag = |set: bool| f64::from(u8::from(set));
     device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(stage),
         layout: Some(&layout),
         module: &module,
         entry_point: Some("main"),
         compilation_options: wgpu::PipelineCompilationOptions {
-            constants: &[("tile", f64::from(TILE))],
+            constants: &[("tile", f64::from(TILE)), ("continuous", flag(variant.continuous)), ("clipped", flag(variant.clipped))],
             zero_initialize_workgroup_memory: true,
         },
         cache: None,

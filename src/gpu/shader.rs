@@ -17,6 +17,7 @@ embedded![
     "march_leaf.wgsl",
     "march_paper.wgsl",
     "shared/classify.wgsl",
+    "shared/corners.wgsl",
     "shared/descent.wgsl",
     "shared/frame.wgsl",
     "shared/light.wgsl",
@@ -25,12 +26,13 @@ embedded![
     "shared/output.wgsl",
     "shared/ray.wgsl",
     "shared/segment.wgsl",
+    "shared/spans.wgsl",
     "shared/surface.wgsl",
     "viewport.wgsl",
 ];
 
 /// How the octree's nodes reach the shader: what `// #import shared/nodes` stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum NodeStorage {
     /// A storage buffer of one u32 a node, the nodes of a block together.
     Buffer,

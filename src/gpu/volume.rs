@@ -2,48 +2,77 @@
 
 use super::context::{Context, GpuError};
 use super::shader::NodeStorage;
-use crate::octree::{Node, OctreeTexture};
+use super::surface::{GpuSurface, storage_buffer};
+use crate::mesh::BoundarySurface;
+use crate::octree::{BRICK_WORDS, Brick, Node, OctreeTexture, Reconstruction};
 use glam::DVec3;
-use wgpu::util::DeviceExt;
 
 /// An octree texture on the device, ready to be marched.
 ///
 /// Its nodes lie in a storage buffer, the 8 of a block in one 32-byte sector, so that a descent touches one sector a level; a tree too
-/// large for the adapter's storage bindings (128 MiB on software adapters: 4 Mi blocks) stays the 3D texture that it is.
+/// large for the adapter's storage bindings (128 MiB on software adapters: 4 Mi blocks, 2 Mi with bricks) stays the 3D texture that it is,
+/// its bricks in another.
 #[derive(Debug)]
 pub struct OctreeVolume {
     pub(super) nodes: Nodes,
+    pub(super) continuous: bool,
+    /// Where rays enter and leave the mesh. Without it `clipped` is false, and nothing but a place to bind is here.
+    pub(super) surface: GpuSurface,
+    pub(super) clipped: bool,
     pub(super) depth: u8,
     pub(super) root_min: DVec3,
     pub(super) root_edge: f64,
     bytes: u64,
 }
 
+/// Nodes and bricks.
 #[derive(Debug)]
 pub(super) enum Nodes {
-    Buffer(wgpu::Buffer),
-    Texture(wgpu::TextureView),
+    Buffer(wgpu::Buffer, wgpu::Buffer),
+    Texture(wgpu::TextureView, wgpu::TextureView),
 }
 
 impl OctreeVolume {
-    /// Copies a texture to the device, as a buffer if the adapter can bind one that large.
-    pub fn upload(context: &Context, texture: &OctreeTexture) -> Result<Self, GpuError> {
+    /// Copies a texture to the device, as a buffer if the adapter can bind one that large, and the surface that rays are cut to, if any.
+    pub fn upload(context: &Context, texture: &OctreeTexture, surface: Option<&BoundarySurface>) -> Result<Self, GpuError> {
         let limits = context.device.limits();
-        let fits = texture.bytes() as u64 <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        Self::upload_as(context, texture, if fits { NodeStorage::Buffer } else { NodeStorage::Texture })
+        let need = size_of_val(texture.texels()).max(size_of_val(texture.bricks())) as u64;
+        let fits = need <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        Self::upload_as(context, texture, surface, if fits { NodeStorage::Buffer } else { NodeStorage::Texture })
     }
 
     /// Copies a texture to the device in the form asked for.
-    pub fn upload_as(context: &Context, texture: &OctreeTexture, storage: NodeStorage) -> Result<Self, GpuError> {
+    pub fn upload_as(
+        context: &Context,
+        texture: &OctreeTexture,
+        surface: Option<&BoundarySurface>,
+        storage: NodeStorage,
+    ) -> Result<Self, GpuError> {
         let nodes = match storage {
-            NodeStorage::Buffer => Nodes::Buffer(upload_buffer(context, texture)?),
-            NodeStorage::Texture => Nodes::Texture(upload_texture(context, texture)?),
+            NodeStorage::Buffer => Nodes::Buffer(upload_buffer(context, texture)?, upload_bricks(context, texture)?),
+            NodeStorage::Texture => Nodes::Texture(upload_texture(context, texture)?, upload_brick_texture(context, texture)?),
         };
         let (root_min, root_edge) = (texture.root_min(), texture.root_edge());
-        Ok(OctreeVolume { nodes, depth: texture.depth(), root_min, root_edge, bytes: texture.bytes() as u64 })
+        let continuous = texture.reconstruction() == Reconstruction::Continuous;
+        let nothing = BoundarySurface::default();
+        Ok(OctreeVolume {
+            nodes,
+            continuous,
+            surface: GpuSurface::upload(context, surface.unwrap_or(&nothing))?,
+            clipped: surface.is_some(),
+            depth: texture.depth(),
+            root_min,
+            root_edge,
+            bytes: texture.bytes() as u64,
+        })
     }
 
-    /// Bytes on the device.
+    /// Bytes of the surface on the device.
+    pub fn surface_bytes(&self) -> u64 {
+        if self.clipped { self.surface.bytes() } else { 0 }
+    }
+
+    /// Bytes of nodes and bricks on the device.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
@@ -51,8 +80,8 @@ impl OctreeVolume {
     /// How the nodes are stored.
     pub fn storage(&self) -> NodeStorage {
         match self.nodes {
-            Nodes::Buffer(_) => NodeStorage::Buffer,
-            Nodes::Texture(_) => NodeStorage::Texture,
+            Nodes::Buffer(..) => NodeStorage::Buffer,
+            Nodes::Texture(..) => NodeStorage::Texture,
         }
     }
 }
@@ -80,39 +109,68 @@ fn blocks(texture: &OctreeTexture) -> Vec<u32> {
 }
 
 fn upload_buffer(context: &Context, texture: &OctreeTexture) -> Result<wgpu::Buffer, GpuError> {
-    let limits = context.device.limits();
-    let need = texture.bytes() as u64;
-    let what = || format!("an octree of {} blocks", need / 32);
-    context.check_limit(what, need, "max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size)?;
-    context.check_limit(what, need, "max_buffer_size", limits.max_buffer_size)?;
-    let nodes = blocks(texture);
-    let contents = bytemuck::cast_slice(&nodes);
-    let descriptor = wgpu::util::BufferInitDescriptor { label: Some("octree"), contents, usage: wgpu::BufferUsages::STORAGE };
-    context.scoped(|| context.device.create_buffer_init(&descriptor))
+    let blocks = blocks(texture);
+    storage_buffer(context, "octree", &blocks, || format!("an octree of {} blocks", blocks.len() / 8))
+}
+
+fn upload_bricks(context: &Context, texture: &OctreeTexture) -> Result<wgpu::Buffer, GpuError> {
+    let bricks = texture.bricks();
+    storage_buffer(context, "bricks", bricks, || format!("an octree of {} bricks", bricks.len()))
+}
+
+/// Brick texels of a block, [5, 3] of them: [`BRICK_WORDS`] words.
+const BRICK_TEXELS: [u32; 2] = [5, 3];
+const _: () = assert!(BRICK_TEXELS[0] * BRICK_TEXELS[1] == BRICK_WORDS as u32);
+
+fn upload_brick_texture(context: &Context, texture: &OctreeTexture) -> Result<wgpu::TextureView, GpuError> {
+    let blocks = texture.size().max(glam::UVec3::splat(2)) / 2;
+    let [width, height] = BRICK_TEXELS;
+    let size = if texture.bricks().is_empty() { glam::UVec3::ONE } else { blocks * glam::UVec3::new(width, height, 1) };
+    let mut words = vec![0u32; size.element_product() as usize];
+    for (number, Brick(brick)) in texture.bricks().iter().enumerate() {
+        let number = number as u32;
+        let (x, y, z) = (number % blocks.x, number / blocks.x % blocks.y, number / (blocks.x * blocks.y));
+        for (row, texels) in (0..).zip(brick.chunks(width as usize)) {
+            let at = (width * x + size.x * (height * y + row + size.y * z)) as usize;
+            words[at..at + texels.len()].copy_from_slice(texels);
+        }
+    }
+    texture_3d(context, "bricks", size, wgpu::TextureFormat::R32Uint, bytemuck::cast_slice(&words))
 }
 
 fn upload_texture(context: &Context, texture: &OctreeTexture) -> Result<wgpu::TextureView, GpuError> {
     let size = texture.size().max(glam::UVec3::splat(2));
+    texture_3d(context, "octree", size, wgpu::TextureFormat::Rgba8Uint, texture.texels().as_flattened())
+}
+
+/// A 3D texture with texels of 4 bytes; none at all leaves zeros.
+fn texture_3d(
+    context: &Context,
+    label: &str,
+    size: glam::UVec3,
+    format: wgpu::TextureFormat,
+    texels: &[u8],
+) -> Result<wgpu::TextureView, GpuError> {
     let what = || format!("an octree of {size} texels");
     let limit = context.device.limits().max_texture_dimension_3d;
     context.check_limit(what, u64::from(size.max_element()), "max_texture_dimension_3d", u64::from(limit))?;
     let extent = wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: size.z };
     let descriptor = wgpu::TextureDescriptor {
-        label: Some("octree"),
+        label: Some(label),
         size: extent,
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D3,
-        format: wgpu::TextureFormat::Rgba8Uint,
+        format,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     };
     context.scoped(|| {
-        let device_texture = context.device.create_texture(&descriptor);
-        if !texture.texels().is_empty() {
+        let texture = context.device.create_texture(&descriptor);
+        if !texels.is_empty() {
             let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * size.x), rows_per_image: Some(size.y) };
-            context.queue.write_texture(device_texture.as_image_copy(), texture.texels().as_flattened(), layout, extent);
+            context.queue.write_texture(texture.as_image_copy(), texels, layout, extent);
         }
-        device_texture.create_view(&wgpu::TextureViewDescriptor::default())
+        texture.create_view(&wgpu::TextureViewDescriptor::default())
     })
 }

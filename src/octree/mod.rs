@@ -2,15 +2,19 @@
 //!
 //! Tong & Xu, *High Accuracy in Visualization of Tetrahedral Volume Data Based on an Adaptive Octree*, 2014.
 
+mod brick;
+mod lattice;
 mod params;
 mod procedural;
 mod regularize;
+mod resolve;
 mod sampling;
 mod texture;
 mod tree;
 
+pub use brick::{BRICK_WORDS, Brick, LATTICE, trilinear};
 pub use params::{Boundary, OctreeParams, ParamsError, Preset, Reconstruction, Sampling};
 pub use procedural::CellKind;
 pub use regularize::{RegularizeError, regularize, working_bytes};
 pub use texture::{Node, OctreeTexture, TextureError};
-pub use tree::{Level, Octree};
+pub use tree::{Level, Octree, Unmet};

@@ -1,6 +1,8 @@
 //! The subdivision thresholds that users tune, and named presets of them.
 
+use crate::mesh::{BoundarySurface, ScalarField, TetMesh};
 use serde::Serialize;
+use std::sync::Arc;
 
 /// How a leaf's value is found from its tets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -138,6 +140,11 @@ impl OctreeParams {
             return self;
         }
         OctreeParams { tolerance: None, initial_cell_tets: 4.0, max_leaf_tets: 12, max_leaf_variance: 5e-4, ..self }
+    }
+
+    /// The surface that rays are cut to, if the boundary is [`Boundary::Mesh`]. It depends on the mesh and on where the field has values.
+    pub fn surface(&self, mesh: &TetMesh, field: &ScalarField) -> Option<Arc<BoundarySurface>> {
+        (self.boundary == Boundary::Mesh).then(|| Arc::new(BoundarySurface::new(mesh, field)))
     }
 
     /// Checks every number.

@@ -1,6 +1,6 @@
 //! Octrees from a function instead of a mesh: closed forms and random trees for tests and measurements.
 
-use super::{Level, Octree, OctreeParams};
+use super::{Level, Octree, OctreeParams, Reconstruction};
 use glam::{DVec3, UVec3};
 
 /// What a cell of a procedural octree is.
@@ -46,7 +46,8 @@ impl Octree {
             levels.push(level);
             parents = next;
         }
-        Octree { root_min, root_edge, value_range, levels, params: OctreeParams::default() }
+        let params = OctreeParams { reconstruction: Reconstruction::Leaf, ..OctreeParams::default() };
+        Octree { root_min, root_edge, value_range, levels, params, unmet: None }
     }
 }
 

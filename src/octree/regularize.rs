@@ -1,7 +1,9 @@
 //! Regularization: the paper's uniform and refinement stages (method 1.1), parallel over cells, the same bytes for any number of threads.
 
+use super::lattice::{Lattice, Sample};
+use super::resolve::resolve;
 use super::sampling::{Leaf, Scratch, Source};
-use super::{Level, Octree, OctreeParams, ParamsError};
+use super::{Level, Octree, OctreeParams, ParamsError, Reconstruction, Unmet};
 use crate::geometry::{TetPlanes, octants};
 use crate::mesh::{ScalarField, TetMesh};
 use crate::progress::{Cancelled, Progress};
@@ -35,9 +37,14 @@ pub enum RegularizeError {
 /// Regularizes the field of a mesh into an adaptive octree.
 ///
 /// 1. *Uniform stage*: every non-empty cell is divided down to [`OctreeParams::uniform_depth`].
-/// 2. *Refinement stage*: a cell with fewer than V tets, or whose distinct vertices' scalars have a variance below W, or at the maximum
-///    depth, is a leaf; every other is divided.
-/// 3. *Sampling*: each leaf gets its value by [`super::Sampling`] and its range; [`super::Boundary`] says which leaves count.
+/// 2. *Refinement stage*: a cell with fewer than V tets, or whose distinct vertices' scalars have a variance below W, or in which the
+///    reconstruction errs by no more than the tolerance, or at the maximum depth, is a leaf; every other is divided.
+/// 3. *Sampling*: each leaf gets its value by [`super::Sampling`], its range, and for [`Reconstruction::Continuous`] samples at its corners;
+///    [`super::Boundary`] says which leaves count.
+/// 4. Leaves agree on the corners they share, and fine ones give way to coarse ones at corners that hang.
+///
+/// The error in a cell is an estimate: the largest found at its 27 lattice points and at the vertices of the mesh inside it, before leaves
+/// agree. [`Octree::unmet`] says where the tolerance is not met at the maximum depth.
 ///
 /// A cell's tets are those that overlap it exactly, not by their bounds. Deterministic: the tree does not depend on the number of threads.
 pub fn regularize(mesh: &TetMesh, field: &ScalarField, params: &OctreeParams, progress: &Progress) -> Result<Octree, RegularizeError> {
@@ -55,10 +62,19 @@ pub fn regularize(mesh: &TetMesh, field: &ScalarField, params: &OctreeParams, pr
         progress,
         blocks: AtomicUsize::new(0),
         scratch: Mutex::default(),
+        unmet: Mutex::default(),
     };
     // The root is divided whatever it holds: depth 0 has no leaf.
-    let levels = work.divide(Cell::ROOT, &usable)?;
-    Ok(Octree { root_min: work.root_min, root_edge, value_range: field.range, levels, params: params.clone() })
+    let (grown, _) = work.divide(Cell::ROOT, &usable)?;
+    let (levels, lattices): (Vec<_>, Vec<_>) = grown.into_iter().map(|g| (g.level, g.lattices)).unzip();
+    let unmet = work.unmet.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let unmet = unmet.filter(|_| params.tolerance.is_some());
+    let mut tree = Octree { root_min: work.root_min, root_edge, value_range: field.range, levels, params: params.clone(), unmet };
+    if params.reconstruction == Reconstruction::Continuous {
+        progress.check()?;
+        resolve(&mut tree, &lattices);
+    }
+    Ok(tree)
 }
 
 /// An upper bound of the bytes that [`regularize`] takes beside the mesh, for thresholds whose tree is not larger than the mesh: 400 a
@@ -87,11 +103,19 @@ impl Cell {
     }
 }
 
+/// A level while the tree grows.
+#[derive(Default)]
+struct Growing {
+    level: Level,
+    /// What leaves know of the lattice points of each block; empty without [`Reconstruction::Continuous`].
+    lattices: Vec<Lattice>,
+}
+
 /// What became of a cell of the upper levels.
 enum Outcome {
     Empty,
     Leaf(Leaf),
-    Interior(Vec<Level>),
+    Interior(Vec<Growing>, [Sample; 8]),
 }
 
 struct Regularizer<'a> {
@@ -103,6 +127,7 @@ struct Regularizer<'a> {
     root_edge: f64,
     blocks: AtomicUsize,
     scratch: Mutex<Vec<Scratch>>,
+    unmet: Mutex<Option<Unmet>>,
 }
 
 impl Regularizer<'_> {
@@ -113,9 +138,13 @@ impl Regularizer<'_> {
             return Ok(Outcome::Empty);
         }
         let leaf = self.with_scratch(|scratch| {
-            self.is_leaf(cell.depth, tets, scratch).then(|| {
+            let verdict = self.verdict(cell, tets, scratch);
+            verdict.is_leaf().then(|| {
                 self.localize(cell, tets, scratch);
                 let all: Vec<u32> = (0..tets.len() as u32).collect();
+                if verdict == Verdict::Deepest {
+                    self.note_if_unmet(&all, Vec3::ZERO, 1.0, scratch);
+                }
                 scratch.local.sample(&self.source, self.params, &all, Vec3::ZERO, 1.0, &mut scratch.visited)
             })
         });
@@ -125,20 +154,20 @@ impl Regularizer<'_> {
         match leaf {
             Some(Some(leaf)) => Ok(Outcome::Leaf(leaf)),
             Some(None) => Ok(Outcome::Empty),
-            None => Ok(Outcome::Interior(self.divide(cell, tets)?)),
+            None => self.divide(cell, tets).map(|(levels, corners)| Outcome::Interior(levels, corners)),
         }
     }
 
-    /// The blocks of an interior cell and all below it.
-    fn divide(&self, cell: Cell, tets: &[u32]) -> Result<Vec<Level>, RegularizeError> {
+    /// The blocks of an interior cell and all below it, and what is known of the cell's corners.
+    fn divide(&self, cell: Cell, tets: &[u32]) -> Result<(Vec<Growing>, [Sample; 8]), RegularizeError> {
         if tets.len() <= TASK_TETS {
             return self.with_scratch(|scratch| {
                 self.localize(cell, tets, scratch);
                 let mut levels = Vec::new();
                 let all: Vec<u32> = (0..tets.len() as u32).collect();
-                self.divide_local(cell.depth, Vec3::ZERO, 1.0, &all, scratch, &mut levels, 0)?;
+                let corners = self.divide_local(cell.depth, Vec3::ZERO, 1.0, &all, scratch, &mut levels, 0)?;
                 self.progress.add(cell.share());
-                Ok(levels)
+                Ok((levels, corners))
             });
         }
         self.add_block()?;
@@ -146,23 +175,27 @@ impl Regularizer<'_> {
         let outcomes: Vec<Outcome> =
             (0..8u32).into_par_iter().map(|i| self.build(cell.child(i), &lists[i as usize])).collect::<Result<_, _>>()?;
         let mut block = Level { interior: vec![0], leaf: vec![0], ..Level::default() };
-        let mut below: Vec<Level> = Vec::new();
-        for (i, outcome) in outcomes.into_iter().enumerate() {
+        let mut lattice = Lattice::default();
+        let mut below: Vec<Growing> = Vec::new();
+        for (i, outcome) in (0..8).zip(outcomes) {
             match outcome {
                 Outcome::Empty => {}
                 Outcome::Leaf(leaf) => {
                     block.leaf[0] |= 1 << i;
                     block.value.push(leaf.value);
                     block.range.push(leaf.range);
+                    lattice.merge_child(i, &leaf.corners);
                 }
-                Outcome::Interior(levels) => {
+                Outcome::Interior(levels, corners) => {
                     block.interior[0] |= 1 << i;
+                    lattice.merge_child(i, &corners);
                     append(&mut below, levels);
                 }
             }
         }
-        below.insert(0, block);
-        Ok(below)
+        let lattices = if self.keeps_lattices() { vec![lattice] } else { vec![] };
+        below.insert(0, Growing { level: block, lattices });
+        Ok((below, lattice.corners()))
     }
 
     /// Hands the tets of a large cell to its children, in parallel, keeping their order.
@@ -197,7 +230,8 @@ impl Regularizer<'_> {
     }
 
     /// Divides an interior cell of a task. `tets` are local numbers of those that overlap it; `center` and `half` its place in the
-    /// task cell's coordinates, where the task cell is [-1, 1]^3. Blocks go to `levels`, this cell's to `levels[level]`.
+    /// task cell's coordinates, where the task cell is [-1, 1]^3. Blocks go to `levels`, this cell's to `levels[level]`. Gives what is
+    /// known of the cell's corners.
     fn divide_local(
         &self,
         depth: u8,
@@ -205,17 +239,18 @@ impl Regularizer<'_> {
         half: f32,
         tets: &[u32],
         scratch: &mut Scratch,
-        levels: &mut Vec<Level>,
+        levels: &mut Vec<Growing>,
         level: usize,
-    ) -> Result<(), RegularizeError> {
+    ) -> Result<[Sample; 8], RegularizeError> {
         self.add_block()?;
         if levels.len() == level {
-            levels.push(Level::default());
+            levels.push(Growing::default());
         }
         let quarter = half * 0.5;
         let mut masks = scratch.take_masks();
         scratch.local.planes.child_masks(tets, center, quarter, &mut masks);
         let (mut interior, mut leaf) = (0u8, 0u8);
+        let mut lattice = Lattice::default();
         let mut inside = scratch.take_list();
         for i in 0..8u32 {
             inside.clear();
@@ -229,36 +264,97 @@ impl Regularizer<'_> {
             }
             let sign = Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
             let child = center + sign * quarter;
-            if self.is_leaf_local(depth + 1, &inside, scratch) {
+            let verdict = self.verdict_local(depth + 1, &inside, child, quarter, scratch);
+            if verdict.is_leaf() {
+                if verdict == Verdict::Deepest {
+                    self.note_if_unmet(&inside, child, quarter, scratch);
+                }
                 if let Some(sample) = scratch.local.sample(&self.source, self.params, &inside, child, quarter, &mut scratch.visited) {
                     leaf |= 1 << i;
-                    levels[level].value.push(sample.value);
-                    levels[level].range.push(sample.range);
+                    levels[level].level.value.push(sample.value);
+                    levels[level].level.range.push(sample.range);
+                    lattice.merge_child(i, &sample.corners);
                 }
             } else {
                 interior |= 1 << i;
-                self.divide_local(depth + 1, child, quarter, &inside, scratch, levels, level + 1)?;
+                let corners = self.divide_local(depth + 1, child, quarter, &inside, scratch, levels, level + 1)?;
+                lattice.merge_child(i, &corners);
             }
         }
-        levels[level].interior.push(interior);
-        levels[level].leaf.push(leaf);
+        levels[level].level.interior.push(interior);
+        levels[level].level.leaf.push(leaf);
+        if self.keeps_lattices() {
+            levels[level].lattices.push(lattice);
+        }
         scratch.give_back(masks, inside);
-        Ok(())
+        Ok(lattice.corners())
     }
 
-    /// The refinement stage's rule for a cell with tets.
-    fn is_leaf(&self, depth: u8, tets: &[u32], scratch: &mut Scratch) -> bool {
-        self.is_leaf_of(depth, tets.len(), || scratch.visited.variance(&self.source, tets.iter().copied()))
+    fn keeps_lattices(&self) -> bool {
+        self.params.reconstruction == Reconstruction::Continuous
     }
 
-    fn is_leaf_local(&self, depth: u8, tets: &[u32], scratch: &mut Scratch) -> bool {
+    /// The refinement stage's rule for a cell with more tets than a task takes: its error is not asked for, unless nothing varies.
+    fn verdict(&self, cell: Cell, tets: &[u32], scratch: &mut Scratch) -> Verdict {
+        let Scratch { visited, .. } = scratch;
+        if let Some(verdict) = self.verdict_by_count(cell.depth, tets.len()) {
+            return verdict;
+        }
+        if tets.len() <= TASK_TETS && self.params.tolerance.is_some() {
+            self.localize(cell, tets, scratch);
+            let all: Vec<u32> = (0..tets.len() as u32).collect();
+            return self.verdict_local(cell.depth, &all, Vec3::ZERO, 1.0, scratch);
+        }
+        let (max_variance, tolerance) = (self.params.max_leaf_variance, self.params.tolerance);
+        if max_variance > 0.0 && visited.variance(&self.source, tets.iter().copied()) < max_variance {
+            return Verdict::Leaf;
+        }
+        let mut spread = || {
+            let [lo, hi] = visited.range(&self.source, tets.iter().copied());
+            f64::from(hi - lo)
+        };
+        if tolerance.is_some_and(|tolerance| spread() <= tolerance) { Verdict::Leaf } else { Verdict::Interior }
+    }
+
+    /// The refinement stage's rule for a cell of a task.
+    fn verdict_local(&self, depth: u8, tets: &[u32], center: Vec3, half: f32, scratch: &mut Scratch) -> Verdict {
+        if let Some(verdict) = self.verdict_by_count(depth, tets.len()) {
+            return verdict;
+        }
         let Scratch { local, visited, .. } = scratch;
-        self.is_leaf_of(depth, tets.len(), || visited.variance(&self.source, tets.iter().map(|&t| local.ids[t as usize])))
+        let (max_variance, tolerance) = (self.params.max_leaf_variance, self.params.tolerance);
+        if max_variance > 0.0 && visited.variance(&self.source, tets.iter().map(|&t| local.ids[t as usize])) < max_variance {
+            return Verdict::Leaf;
+        }
+        let meets = |tolerance: f64| {
+            let tolerance = tolerance as f32;
+            local.error(&self.source, self.params.reconstruction, tolerance, tets, center, half, visited) <= tolerance
+        };
+        if tolerance.is_some_and(meets) { Verdict::Leaf } else { Verdict::Interior }
     }
 
-    fn is_leaf_of(&self, depth: u8, tets: usize, variance: impl FnOnce() -> f64) -> bool {
-        depth >= self.params.max_depth
-            || depth >= self.uniform_depth && (tets < self.params.max_leaf_tets as usize || variance() < self.params.max_leaf_variance)
+    /// What depth and number of tets alone decide.
+    fn verdict_by_count(&self, depth: u8, tets: usize) -> Option<Verdict> {
+        if depth >= self.params.max_depth {
+            Some(Verdict::Deepest)
+        } else if depth < self.uniform_depth {
+            Some(Verdict::Interior)
+        } else {
+            (tets < self.params.max_leaf_tets as usize).then_some(Verdict::Leaf)
+        }
+    }
+
+    /// Notes a leaf of the greatest depth in which the tolerance is not met.
+    fn note_if_unmet(&self, tets: &[u32], center: Vec3, half: f32, scratch: &mut Scratch) {
+        let Some(tolerance) = self.params.tolerance else { return };
+        let Scratch { local, visited, .. } = scratch;
+        let error = local.error(&self.source, self.params.reconstruction, f32::INFINITY, tets, center, half, visited);
+        if f64::from(error) <= tolerance {
+            return;
+        }
+        let one = Unmet { leaves: 1, worst_rel: error, at: local.place(center) };
+        let mut all = self.unmet.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        *all = Some(all.map_or(one, |before| before.and(one)));
     }
 
     fn center_and_half(&self, cell: Cell) -> (DVec3, f64) {
@@ -287,16 +383,42 @@ impl Regularizer<'_> {
     }
 }
 
+/// What a cell is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Verdict {
+    Interior,
+    /// A leaf by some threshold.
+    Leaf,
+    /// A leaf because no cell is deeper.
+    Deepest,
+}
+
+impl Verdict {
+    fn is_leaf(self) -> bool {
+        self != Verdict::Interior
+    }
+}
+
+impl Unmet {
+    /// Both together; of equal errors the place that comes first along x, y, z counts, whichever thread finds it first.
+    fn and(self, other: Unmet) -> Unmet {
+        let key = |u: &Unmet| (u.worst_rel, -u.at.x, -u.at.y, -u.at.z);
+        let worse = if key(&other) > key(&self) { other } else { self };
+        Unmet { leaves: self.leaves + other.leaves, ..worse }
+    }
+}
+
 /// Appends the levels of a later sibling to those of the earlier ones.
-fn append(levels: &mut Vec<Level>, later: Vec<Level>) {
-    for (l, from) in later.into_iter().enumerate() {
+fn append(levels: &mut Vec<Growing>, later: Vec<Growing>) {
+    for (l, Growing { level: from, lattices }) in later.into_iter().enumerate() {
         match levels.get_mut(l) {
-            None => levels.push(from),
-            Some(to) => {
+            None => levels.push(Growing { level: from, lattices }),
+            Some(Growing { level: to, lattices: all }) => {
                 to.interior.extend(from.interior);
                 to.leaf.extend(from.leaf);
                 to.value.extend(from.value);
                 to.range.extend(from.range);
+                all.extend(lattices);
             }
         }
     }

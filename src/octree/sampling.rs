@@ -1,6 +1,9 @@
-//! What a leaf holds: its value by inverse distance (method 1.2), its range, and the variance that decides whether it is one.
+//! What a leaf holds: samples by inverse distance (method 1.2) or as means, its range; and what decides whether it is one, the variance of
+//! its vertices' values or the error of the reconstruction.
 
-use super::{Boundary, OctreeParams, Sampling};
+use super::brick::{LATTICE, lattice_index, lattice_point, trilinear};
+use super::lattice::Sample;
+use super::{Boundary, OctreeParams, Reconstruction, Sampling};
 use crate::geometry::{self, TetPlanes};
 use crate::mesh::{Association, ScalarField, TetMesh};
 use glam::{DVec3, Vec3};
@@ -8,24 +11,53 @@ use glam::{DVec3, Vec3};
 /// A point within this distance of a tet counts as inside it; in half edges of the task's cell.
 const INSIDE_TOLERANCE: f32 = 1e-6;
 
-/// A sampled leaf: normalised value, and bounds of the field inside it.
+/// A leaf with at least this many tets is sampled by means if those are asked for.
+const MANY_TETS: usize = 8;
+
+/// More tets than this in a cell are not asked whether their gradients agree: they seldom do.
+const FEW_TETS: usize = 16;
+
+/// A sampled leaf: normalised value at its centre, bounds of the field inside it, and what it knows of its corners.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Leaf {
     pub value: f32,
     pub range: [f32; 2],
+    pub corners: [Sample; 8],
 }
+
+/// Points, `[x, y, z]` of N numbers each.
+type Points<const N: usize> = [[f32; N]; 3];
+
+/// Lattice points of a cell that are none of its corners.
+const BETWEEN: usize = LATTICE - 8;
+
+/// The numbers of these, filled up with the middle to what vector instructions like.
+const BETWEEN_POINTS: [usize; 24] = {
+    let (mut points, mut count, mut i) = ([13; 24], 0, 0);
+    while i < LATTICE {
+        let [x, y, z] = lattice_point(i);
+        if x == 1 || y == 1 || z == 1 {
+            points[count] = i;
+            count += 1;
+        }
+        i += 1;
+    }
+    points
+};
 
 /// The mesh and the normalised field, as the regularizer reads them.
 pub(super) struct Source<'a> {
     mesh: &'a TetMesh,
     field: &'a ScalarField,
     point_values: Vec<f32>,
+    /// The longest side of the mesh's bounds: distances are weighed in it.
+    extent: f64,
 }
 
 impl<'a> Source<'a> {
     pub fn new(mesh: &'a TetMesh, field: &'a ScalarField) -> Self {
         let point_values = field.at_points(mesh).into_iter().map(|v| v as f32).collect();
-        Source { mesh, field, point_values }
+        Source { mesh, field, point_values, extent: mesh.bounds().size().max_element() }
     }
 
     pub fn point_count(&self) -> usize {
@@ -96,6 +128,14 @@ pub(super) struct Visited {
 impl Visited {
     /// Calls `see` once for each distinct vertex of the tets, in order of first appearance.
     fn each_vertex(&mut self, source: &Source, tets: impl Iterator<Item = u32>, mut see: impl FnMut(u32)) {
+        self.each_vertex_while(source, tets, |vertex| {
+            see(vertex);
+            true
+        });
+    }
+
+    /// The same until `see` says no.
+    fn each_vertex_while(&mut self, source: &Source, tets: impl Iterator<Item = u32>, mut see: impl FnMut(u32) -> bool) {
         self.stamp = self.stamp.wrapping_add(1);
         if self.stamp == 0 {
             self.stamps.fill(0);
@@ -105,7 +145,9 @@ impl Visited {
             for vertex in source.mesh.tets()[tet as usize] {
                 if self.stamps[vertex as usize] != self.stamp {
                     self.stamps[vertex as usize] = self.stamp;
-                    see(vertex);
+                    if !see(vertex) {
+                        return;
+                    }
                 }
             }
         }
@@ -119,6 +161,18 @@ impl Visited {
             (count, sum, squares) = (count + 1.0, sum + value, squares + value * value);
         });
         (squares / count - (sum / count).powi(2)).max(0.0)
+    }
+}
+
+impl Visited {
+    /// Smallest and largest normalised scalar of the tets' vertices.
+    pub fn range(&mut self, source: &Source, tets: impl Iterator<Item = u32>) -> [f32; 2] {
+        let (mut lo, mut hi) = (f32::INFINITY, f32::NEG_INFINITY);
+        self.each_vertex(source, tets, |vertex| {
+            let value = source.point_values[vertex as usize];
+            (lo, hi) = (lo.min(value), hi.max(value));
+        });
+        [lo, hi]
     }
 }
 
@@ -155,6 +209,11 @@ impl LocalTets {
         }
     }
 
+    /// Where a local place is, relative to the mesh's centre.
+    pub fn place(&self, local: Vec3) -> DVec3 {
+        self.center + local.as_dvec3() * self.half
+    }
+
     /// The leaf at a local place whose tets (local numbers) these are, or nothing if the boundary rule leaves it out.
     pub fn sample(
         &self,
@@ -169,14 +228,119 @@ impl LocalTets {
         if params.boundary == Boundary::Centres && holder.is_none() {
             return None;
         }
-        let value = match (params.sampling, holder) {
-            (Sampling::Vertices, _) => self.inverse_distance_to_vertices(source, tets, center, half, visited),
-            (Sampling::Tets | Sampling::Average, Some(tet)) => self.value_in(tet, center.as_dvec3()),
-            (Sampling::Tets | Sampling::Average, None) => self.inverse_distance_to_tets(source, tets, center),
-        };
+        let average = params.sampling == Sampling::Average && tets.len() >= MANY_TETS;
+        let (mut value, mut corners) = (None, [Sample::default(); 8]);
+        if average {
+            (value, corners) = self.means(tets, center, half);
+        }
+        let value = value.unwrap_or_else(|| match (params.sampling, holder) {
+            (Sampling::Vertices, _) => self.inverse_distance_to_vertices(source, tets, center, half, visited).value().into(),
+            (_, Some(tet)) => self.value_in(tet, center.as_dvec3()),
+            (_, None) => self.inverse_distance_to_tets(source, tets, center).value().into(),
+        });
         let value = value.clamp(0.0, 1.0) as f32;
+        if params.reconstruction == Reconstruction::Continuous {
+            let points = lattice_points(center, half, CORNERS);
+            let (deepest, outside) = self.planes.deepest(tets, &points);
+            for (k, corner) in corners.iter_mut().enumerate() {
+                let at = Vec3::new(points[0][k], points[1][k], points[2][k]);
+                if params.sampling == Sampling::Vertices {
+                    *corner = self.inverse_distance_to_vertices(source, tets, at, half, visited);
+                } else if outside[k] > INSIDE_TOLERANCE {
+                    corner.merge(self.inverse_distance_to_tets(source, tets, at));
+                } else if !average {
+                    *corner = Sample::exact(self.value_in(deepest[k], at.as_dvec3()) as f32);
+                }
+            }
+        }
         let [lo, hi] = self.range(tets, center.as_dvec3(), f64::from(half));
-        Some(Leaf { value, range: [lo.min(value), hi.max(value)] })
+        Some(Leaf { value, range: [lo.min(value), hi.max(value)], corners })
+    }
+
+    /// The largest difference between the reconstruction and the field that is found in a cell: at lattice points and vertices of the mesh
+    /// inside it; normalised. Stops at the first above `enough`. Where few tets with like gradients fill the cell, a bound instead.
+    pub fn error(
+        &self,
+        source: &Source,
+        reconstruction: Reconstruction,
+        enough: f32,
+        tets: &[u32],
+        center: Vec3,
+        half: f32,
+        visited: &mut Visited,
+    ) -> f32 {
+        let points = lattice_points(center, half, CORNERS);
+        let (deepest, outside) = self.planes.deepest(tets, &points);
+        let at = |k: usize| DVec3::new(points[0][k].into(), points[1][k].into(), points[2][k].into());
+        let mut corners: [f32; 8] = std::array::from_fn(|k| self.value_in(deepest[k], at(k)) as f32);
+        let mut worst = 0f32;
+        if reconstruction == Reconstruction::Continuous {
+            let filled = outside.iter().all(|&d| d <= INSIDE_TOLERANCE);
+            if filled && tets.len() <= FEW_TETS {
+                let bound = self.gradient_spread(tets) * 3f64.sqrt() * f64::from(half);
+                if bound <= f64::from(enough) {
+                    return bound as f32;
+                }
+            }
+        } else {
+            let middle = self.holder(tets, center).map_or(0.5 * (corners[0] + corners[7]), |t| self.value_in(t, center.as_dvec3()) as f32);
+            for (corner, outside) in corners.iter().zip(outside) {
+                worst = if outside <= INSIDE_TOLERANCE { worst.max((corner - middle).abs()) } else { worst };
+            }
+            corners = [middle; 8];
+        }
+        // Vertices, where the field bends most.
+        if source.field.association == Association::Points {
+            let (low, size) = (center - half, 2.0 * half);
+            visited.each_vertex_while(source, tets.iter().map(|&t| self.ids[t as usize]), |vertex| {
+                let local = ((source.mesh.points()[vertex as usize] - self.center) / self.half).as_vec3();
+                let unit = (local - low) / size;
+                if unit.min_element() > 0.0 && unit.max_element() < 1.0 {
+                    worst = worst.max((trilinear(&corners, unit) - source.point_values[vertex as usize]).abs());
+                }
+                worst <= enough
+            });
+        }
+        if worst > enough {
+            return worst;
+        }
+        let points = lattice_points(center, half, BETWEEN_POINTS);
+        let (deepest, outside) = self.planes.deepest(tets, &points);
+        for (k, &point) in BETWEEN_POINTS[..BETWEEN].iter().enumerate() {
+            if outside[k] <= INSIDE_TOLERANCE {
+                let at = DVec3::new(points[0][k].into(), points[1][k].into(), points[2][k].into());
+                let [x, y, z] = lattice_point(point).map(|c| c as f32 * 0.5);
+                worst = worst.max((trilinear(&corners, Vec3::new(x, y, z)) - self.value_in(deepest[k], at) as f32).abs());
+            }
+        }
+        worst
+    }
+
+    /// The largest distance of a tet's gradient from their mean, per unit of local length.
+    fn gradient_spread(&self, tets: &[u32]) -> f64 {
+        let gradient = |&tet: &u32| {
+            let [x, y, z, _] = self.linear[tet as usize];
+            DVec3::new(x, y, z)
+        };
+        let mean = tets.iter().map(gradient).sum::<DVec3>() / tets.len() as f64;
+        tets.iter().map(|tet| gradient(tet).distance(mean)).fold(0.0, f64::max)
+    }
+
+    /// Means over the box (4 x 4 x 4 points) and over each corner's eighth of it, of what lies in the mesh.
+    fn means(&self, tets: &[u32], center: Vec3, half: f32) -> (Option<f64>, [Sample; 8]) {
+        let mut points: Points<64> = [[0.0; 64]; 3];
+        for i in 0..64 {
+            let at = |shift: usize| (i >> shift & 3) as f32 * 0.5 - 0.75;
+            (points[0][i], points[1][i], points[2][i]) = (center.x + half * at(0), center.y + half * at(2), center.z + half * at(4));
+        }
+        let (deepest, outside) = self.planes.deepest(tets, &points);
+        let (mut corners, mut sum, mut count) = ([Sample::default(); 8], 0.0, 0.0);
+        for i in (0..64).filter(|&i| outside[i] <= INSIDE_TOLERANCE) {
+            let value = self.value_in(deepest[i], DVec3::new(points[0][i].into(), points[1][i].into(), points[2][i].into()));
+            (sum, count) = (sum + value, count + 1.0);
+            corners[i >> 1 & 1 | i >> 2 & 2 | i >> 3 & 4].merge(Sample::in_box(value as f32, 1.0));
+        }
+        ((count > 0.0).then(|| sum / count), corners)
     }
 
     /// The tet that holds a point: of those whose faces all have it inside (or within the tolerance) the one that holds it deepest.
@@ -202,35 +366,37 @@ impl LocalTets {
     }
 
     /// Equation (1): the mean of the vertices' values weighted by 1 / distance; the value of a vertex that is hit.
-    fn inverse_distance_to_vertices(&self, source: &Source, tets: &[u32], center: Vec3, half: f32, visited: &mut Visited) -> f64 {
-        let x = self.center + center.as_dvec3() * self.half;
-        let hit = 1e-6 * 2.0 * f64::from(half) * self.half;
+    fn inverse_distance_to_vertices(&self, source: &Source, tets: &[u32], at: Vec3, half: f32, visited: &mut Visited) -> Sample {
+        let x = self.center + at.as_dvec3() * self.half;
+        let hit = 1e-6 * 2.0 * f64::from(half) * self.half / source.extent;
         let (mut weights, mut sum, mut exact) = (0.0, 0.0, None);
         visited.each_vertex(source, tets.iter().map(|&t| self.ids[t as usize]), |vertex| {
-            let distance = x.distance(source.mesh.points()[vertex as usize]);
+            let distance = x.distance(source.mesh.points()[vertex as usize]) / source.extent;
             let value = f64::from(source.point_values[vertex as usize]);
             if distance < hit {
                 exact = exact.or(Some(value));
             }
             (weights, sum) = (weights + 1.0 / distance, sum + value / distance);
         });
-        exact.unwrap_or(sum / weights)
+        exact.map_or_else(|| Sample::mean(sum, weights), |value| Sample::exact(value as f32))
     }
 
     /// Equation (1') outside every tet: the mean of the values at each tet's nearest point, weighted by 1 / distance.
-    fn inverse_distance_to_tets(&self, source: &Source, tets: &[u32], center: Vec3) -> f64 {
-        let x = self.center + center.as_dvec3() * self.half;
+    fn inverse_distance_to_tets(&self, source: &Source, tets: &[u32], at: Vec3) -> Sample {
+        let x = self.center + at.as_dvec3() * self.half;
         let (mut weights, mut sum) = (0.0, 0.0);
-        for &tet in tets {
-            let tet = self.ids[tet as usize];
-            let (w, distance) = geometry::closest_point(x, &source.corners(tet));
+        for &local in tets {
+            let tet = self.ids[local as usize];
+            let faces = self.planes.faces_outside(local as usize, at);
+            let (w, distance) = geometry::closest_point_beyond(x, &source.corners(tet), faces);
             let value: f64 = w.iter().zip(source.values(tet)).map(|(w, s)| w * s).sum();
             if distance == 0.0 {
-                return value;
+                return Sample::exact(value as f32);
             }
+            let distance = distance / source.extent;
             (weights, sum) = (weights + 1.0 / distance, sum + value / distance);
         }
-        sum / weights
+        Sample::mean(sum, weights)
     }
 
     /// Bounds of the field in a box: per tet, the linear field's over the box cut to the tet's own values.
@@ -246,6 +412,27 @@ impl LocalTets {
         }
         [lo as f32, hi as f32]
     }
+}
+
+/// The corners among a cell's lattice points.
+const CORNERS: [usize; 8] = {
+    let (mut points, mut k) = ([0; 8], 0);
+    while k < 8 {
+        points[k] = lattice_index(2 * (k as u32 & 1), 2 * (k as u32 >> 1 & 1), 2 * (k as u32 >> 2));
+        k += 1;
+    }
+    points
+};
+
+/// Places of lattice points of a cell.
+fn lattice_points<const N: usize>(center: Vec3, half: f32, numbers: [usize; N]) -> Points<N> {
+    let mut points = [[0.0; N]; 3];
+    for (k, &number) in numbers.iter().enumerate() {
+        for (axis, c) in lattice_point(number).into_iter().enumerate() {
+            points[axis][k] = center[axis] + half * (c as f32 - 1.0);
+        }
+    }
+    points
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! The octree texture: the tree as a 3D texture of RGBA8 texels (method 1.3; Lefebvre, Hornus & Neyret, *Octree Textures on the GPU*,
 //! GPU Gems 2, chapter 37).
 
-use super::Octree;
+use super::brick::{Brick, trilinear};
+use super::{Octree, Reconstruction};
 use glam::{DVec3, UVec3};
 
 /// A 3D texture of RGBA8 texels that holds an octree. Each interior cell owns a 2x2x2 *block* of texels, one texel a child.
@@ -23,9 +24,14 @@ use glam::{DVec3, UVec3};
 ///
 /// Worked examples: the empty cell is `00 00 00 00`; a leaf of depth 9 with value 1/2 is `80 00 00 5a` (0.5 * 16777215 rounds to
 /// 0x800000); an interior cell whose block lies at (3, 0, 1) is `03 00 01 ff`.
+///
+/// Where the reconstruction is [`Reconstruction::Continuous`], the 27 samples at the corners of each block's children lie beside it, a
+/// [`Brick`] a block.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OctreeTexture {
     texels: Vec<[u8; 4]>,
+    /// One a block in the order of their numbers, or none.
+    bricks: Vec<Brick>,
     /// Blocks along x and y.
     blocks_per_axis: u32,
     /// Layers of blocks along z that are kept.
@@ -53,6 +59,17 @@ pub enum Node {
         /// The normalised value, in [0, 1].
         value: f32,
     },
+}
+
+/// Where a descent ends.
+struct Found {
+    node: Node,
+    depth: u8,
+    /// The block that holds the node, and which child it is.
+    block: UVec3,
+    child: u32,
+    /// Where in the cell the point lies, in [0, 1).
+    at: DVec3,
 }
 
 /// Why a tree does not fit, or a texture is not one.
@@ -107,6 +124,7 @@ impl OctreeTexture {
         let blocks_per_axis = (1u32..).find(|&n| u64::from(n).pow(3) >= blocks as u64).unwrap_or(256);
         let block_layers = (blocks as u32).div_ceil(blocks_per_axis * blocks_per_axis);
         let mut texture = OctreeTexture {
+            bricks: tree.levels.iter().flat_map(|level| &level.bricks).copied().collect(),
             texels: vec![[0; 4]; (blocks_per_axis * blocks_per_axis * block_layers) as usize * 8],
             blocks_per_axis,
             block_layers,
@@ -173,9 +191,24 @@ impl OctreeTexture {
         &self.texels
     }
 
-    /// Bytes of all texels.
+    /// The samples at the corners of the children, one brick a block; none where the reconstruction is [`Reconstruction::Leaf`].
+    pub fn bricks(&self) -> &[Brick] {
+        &self.bricks
+    }
+
+    /// What the field is between samples.
+    pub fn reconstruction(&self) -> Reconstruction {
+        if self.bricks.is_empty() { Reconstruction::Leaf } else { Reconstruction::Continuous }
+    }
+
+    /// Blocks along x and y of the pool.
+    pub fn blocks_per_axis(&self) -> u32 {
+        self.blocks_per_axis
+    }
+
+    /// Bytes of all texels and bricks.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.texels[..])
+        size_of_val(&self.texels[..]) + size_of_val(&self.bricks[..])
     }
 
     /// The deepest level that has leaves or could have: the tree's number of levels.
@@ -208,29 +241,52 @@ impl OctreeTexture {
     /// Finds the cell that holds a point: at most one dependent fetch a level. `unit` is the position in the root cube, each
     /// coordinate in [0, 1); returns the node (never interior) and the cell's depth.
     pub fn lookup(&self, unit: DVec3) -> (Node, u8) {
+        let found = self.find(unit);
+        (found.node, found.depth)
+    }
+
+    fn find(&self, unit: DVec3) -> Found {
+        let mut found = Found { node: Node::Empty, depth: 0, block: UVec3::ZERO, child: 0, at: unit };
         if !(unit.cmpge(DVec3::ZERO).all() && unit.cmplt(DVec3::ONE).all()) {
-            return (Node::Empty, 0);
+            return found;
         }
-        let (mut block, mut position) = (UVec3::ZERO, unit);
         for depth in 1..=self.depth {
-            position *= 2.0;
-            let child = position.floor().min(DVec3::ONE);
-            position -= child;
-            match self.node(block * 2 + child.as_uvec3()) {
-                Node::Interior { block: next } => block = next,
-                node => return (node, depth),
+            found.at *= 2.0;
+            let child = found.at.floor().min(DVec3::ONE);
+            found.at -= child;
+            let child = child.as_uvec3();
+            found.depth = depth;
+            match self.node(found.block * 2 + child) {
+                Node::Interior { block: next } => found.block = next,
+                node => return Found { node, child: child.x | child.y << 1 | child.z << 2, ..found },
             }
         }
-        (Node::Empty, self.depth)
+        found
     }
 
     /// The normalised value of the reconstructed field at `unit`, a position in the root cube with coordinates in [0, 1); `None` where the
     /// octree is empty.
     pub fn value_at(&self, unit: DVec3) -> Option<f32> {
-        match self.lookup(unit) {
-            (Node::Leaf { value, .. }, _) => Some(value),
-            _ => None,
+        let Found { node, block, child, at, .. } = self.find(unit);
+        let Node::Leaf { value, .. } = node else { return None };
+        if self.bricks.is_empty() {
+            return Some(value);
         }
+        Some(trilinear(&self.bricks[self.block_number(block)].corners(child), at.as_vec3()))
+    }
+
+    /// The samples at the corners of the leaf that holds `unit` and the leaf's depth: what [`OctreeTexture::value_at`] interpolates between.
+    /// All corners have the value of a leaf without bricks. `None` where the octree is empty.
+    pub fn corners_at(&self, unit: DVec3) -> Option<([f32; 8], u8)> {
+        let Found { node, depth, block, child, .. } = self.find(unit);
+        let Node::Leaf { value, .. } = node else { return None };
+        Some((if self.bricks.is_empty() { [value; 8] } else { self.bricks[self.block_number(block)].corners(child) }, depth))
+    }
+
+    /// The number of the block at a position in the pool.
+    fn block_number(&self, block: UVec3) -> usize {
+        let n = self.blocks_per_axis as usize;
+        block.x as usize + n * (block.y as usize + n * block.z as usize)
     }
 
     /// Walks the whole structure: every block is reached exactly once in breadth-first order, every leaf names its own depth, and
@@ -243,6 +299,9 @@ impl OctreeTexture {
         }
         if self.depth == 0 {
             return Ok(()); // an octree without levels has no block
+        }
+        if self.bricks.len() > self.texels.len() / 8 {
+            return invalid(format!("{} bricks for {} blocks", self.bricks.len(), self.texels.len() / 8));
         }
         let (mut level, mut next, mut depth) = (0..1u32, 1u32, 1u8);
         while !level.is_empty() {
@@ -284,15 +343,16 @@ impl OctreeTexture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::octree::{Level, OctreeParams};
+    use crate::octree::{Level, OctreeParams, Reconstruction};
 
     /// The root's child 5 is interior (its child 2 a leaf of value 1/2), child 0 a leaf of value 1, the rest empty.
     fn small() -> OctreeTexture {
         let levels = vec![
-            Level { interior: vec![1 << 5], leaf: vec![1], value: vec![1.0], range: vec![[1.0, 1.0]] },
-            Level { interior: vec![0], leaf: vec![1 << 2], value: vec![0.5], range: vec![[0.5, 0.5]] },
+            Level { interior: vec![1 << 5], leaf: vec![1], value: vec![1.0], range: vec![[1.0, 1.0]], bricks: vec![] },
+            Level { interior: vec![0], leaf: vec![1 << 2], value: vec![0.5], range: vec![[0.5, 0.5]], bricks: vec![] },
         ];
-        let tree = Octree { root_min: DVec3::ZERO, root_edge: 1.0, value_range: [0.0, 1.0], levels, params: OctreeParams::default() };
+        let params = OctreeParams { reconstruction: Reconstruction::Leaf, ..OctreeParams::default() };
+        let tree = Octree { root_min: DVec3::ZERO, root_edge: 1.0, value_range: [0.0, 1.0], levels, params, unmet: None };
         assert_eq!((tree.node_count(), tree.empty_count()), (4, 13));
         OctreeTexture::encode(&tree).expect("fits")
     }

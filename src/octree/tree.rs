@@ -1,6 +1,7 @@
 //! The adaptive octree without pointers: per level, one pair of masks a block.
 
-use super::OctreeParams;
+use super::brick::Brick;
+use super::{OctreeParams, Reconstruction};
 use glam::DVec3;
 
 /// The blocks of one level, in breadth-first order. A *block* is the 8 children of one interior cell; child `i = x + 2 y + 4 z`.
@@ -17,6 +18,19 @@ pub struct Level {
     pub value: Vec<f32>,
     /// Smallest and largest normalised value in each leaf, of the field inside the mesh (a safe bound, not always tight).
     pub range: Vec<[f32; 2]>,
+    /// Samples at the corners of the children, one brick a block; none where the reconstruction is [`Reconstruction::Leaf`].
+    pub bricks: Vec<Brick>,
+}
+
+/// Leaves of the greatest depth in which the tolerance is not met.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unmet {
+    /// How many there are.
+    pub leaves: usize,
+    /// The largest error that was estimated in one, relative to the field's range.
+    pub worst_rel: f32,
+    /// The centre of that leaf, relative to the mesh's centre.
+    pub at: DVec3,
 }
 
 /// An adaptive octree over a cube. `levels[l]` holds blocks whose children have depth `l + 1`; level 0 has one block, the root's.
@@ -32,12 +46,19 @@ pub struct Octree {
     pub levels: Vec<Level>,
     /// How it was built.
     pub params: OctreeParams,
+    /// Where the tolerance is not met, if there was one.
+    pub unmet: Option<Unmet>,
 }
 
 impl Octree {
     /// Number of blocks, which is the number of interior cells, the root included.
     pub fn interior_count(&self) -> usize {
         self.levels.iter().map(|l| l.interior.len()).sum()
+    }
+
+    /// What the field is between samples.
+    pub fn reconstruction(&self) -> Reconstruction {
+        self.params.reconstruction
     }
 
     /// Number of non-empty leaves.

@@ -66,6 +66,9 @@ impl Light {
             return;
         }
         let (f, b) = (table.classify(interval, front), table.classify(interval, back));
+        if f.extinction + b.extinction <= 0.0 {
+            return;
+        }
         let w = segment(f.extinction * length, b.extinction * length);
         for c in 0..3 {
             self.color[c] += self.transmittance * (w.front * f.color[c] + w.back * b.color[c]);

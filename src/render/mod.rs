@@ -5,12 +5,13 @@ use crate::cpu;
 use crate::exact::ExactScene;
 use crate::gpu::{self, FrameTimes, GpuError, InFlight, OctreeVolume, Target};
 use crate::image::Image;
-use crate::mesh::{ScalarField, TetMesh};
+use crate::mesh::{BoundarySurface, ScalarField, TetMesh};
 use crate::octree::OctreeTexture;
 use crate::optics::Classifier;
 use crate::progress::{Cancelled, Progress};
 use crate::view::{RayFrame, RendererKind, View};
 use glam::DVec3;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Seconds for which a GPU is kept busy before its frames are timed.
@@ -60,7 +61,7 @@ pub struct Scene {
 }
 
 enum Data {
-    Octree { texture: OctreeTexture, volume: Option<OctreeVolume> },
+    Octree { texture: OctreeTexture, surface: Option<Arc<BoundarySurface>>, volume: Option<OctreeVolume> },
     Exact(ExactScene),
 }
 
@@ -110,15 +111,21 @@ impl Renderer {
         Some([info.name.clone(), info.backend.to_string(), format!("{} {}", info.driver, info.driver_info).trim().to_owned()])
     }
 
-    /// A scene of an octree texture; it is copied to the device if there is one. Gives the seconds that the copy took.
-    pub fn octree_scene(&self, mesh: &TetMesh, texture: OctreeTexture) -> Result<(Scene, f64), RenderError> {
+    /// A scene of an octree texture, of which rays see what lies inside the surface, if there is one
+    /// ([`Boundary::Mesh`](crate::octree::Boundary)). Both are copied to the device if there is one. Gives the seconds that the copy took.
+    pub fn octree_scene(
+        &self,
+        mesh: &TetMesh,
+        texture: OctreeTexture,
+        surface: Option<Arc<BoundarySurface>>,
+    ) -> Result<(Scene, f64), RenderError> {
         let start = Instant::now();
         let volume = match &self.gpu {
-            Some(gpu) => Some(OctreeVolume::upload(&gpu.context, &texture)?),
+            Some(gpu) => Some(OctreeVolume::upload(&gpu.context, &texture, surface.as_deref())?),
             None => None,
         };
         let upload_s = start.elapsed().as_secs_f64();
-        Ok((Scene::of(mesh, Data::Octree { texture, volume }), upload_s))
+        Ok((Scene::of(mesh, Data::Octree { texture, surface, volume }), upload_s))
     }
 
     /// A scene of the mesh itself.
@@ -135,14 +142,14 @@ impl Renderer {
                 let image = exact.render(&frame, &view.transfer_function, view.settings.min_transmittance, progress)?;
                 Ok(Picture { image, samples: None, wall_s: start.elapsed().as_secs_f64(), gpu_s: None })
             }
-            Data::Octree { texture, volume } => {
+            Data::Octree { texture, surface, volume } => {
                 let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
                 if let (Some(gpu), Some(volume)) = (&self.gpu, volume) {
                     let done = gpu.marcher.render(&gpu.context, volume, &frame, &classifier, &view.settings)?;
                     return Ok(Picture { image: done.image, samples: Some(done.samples), wall_s: done.wall_s, gpu_s: done.gpu_s });
                 }
                 let start = Instant::now();
-                let done = cpu::march(texture, &frame, &classifier, &view.settings, progress)?;
+                let done = cpu::march(texture, surface.as_deref(), &frame, &classifier, &view.settings, progress)?;
                 Ok(Picture { image: done.image, samples: Some(done.samples), wall_s: start.elapsed().as_secs_f64(), gpu_s: None })
             }
         }
@@ -151,7 +158,7 @@ impl Renderer {
     /// Starts the march of the view's rows from `first_row` on, as many as `target` has, and waits for nothing. The target must have the
     /// view's width. `None` if the scene is not an octree on the device: [`Renderer::render`] draws it.
     pub fn march(&self, scene: &Scene, view: &View, first_row: u32, target: &Target) -> Result<Option<InFlight>, RenderError> {
-        let Data::Octree { texture, volume: Some(volume) } = &scene.data else { return Ok(None) };
+        let Data::Octree { texture, volume: Some(volume), .. } = &scene.data else { return Ok(None) };
         let Some(gpu) = &self.gpu else { return Ok(None) };
         let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
         let rows = scene.frame(view).rows(first_row, target.size()[1]);
@@ -162,7 +169,7 @@ impl Renderer {
     /// function and settings.
     pub fn time(&self, scene: &Scene, views: &[View], repeats: u32, progress: &Progress) -> Result<FrameTimes, RenderError> {
         let Some(first) = views.first() else { return Ok(FrameTimes { gpu_s: None, wall_s: vec![] }) };
-        if let (Some(gpu), Data::Octree { texture, volume: Some(volume) }) = (&self.gpu, &scene.data) {
+        if let (Some(gpu), Data::Octree { texture, volume: Some(volume), .. }) = (&self.gpu, &scene.data) {
             let classifier = Classifier::new(&first.transfer_function, texture.value_range(), scene.diagonal);
             let frames: Vec<RayFrame> = views.iter().map(|view| scene.frame(view)).collect();
             return Ok(gpu.marcher.time(&gpu.context, volume, &frames, &classifier, &first.settings, WARMUP_S, repeats)?);

@@ -13,7 +13,7 @@ pub enum RendererKind {
 }
 
 /// Where the march over the octree places its samples (method 1.4).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Steps {
     /// Leaf by leaf: constant value from a leaf's entry to its exit. Misses nothing.
     #[default]

@@ -1,0 +1,128 @@
+//! The samples of a block's 3 x 3 x 3 lattice points in 60 bytes, and the trilinear field between them.
+//!
+//! The children of an interior cell share their corners: 27 lattice points for 8 leaves. A brick keeps them as 17-bit fixed-point numbers
+//! of the field's range, so that rounding moves a sample by at most 3.8e-6, and a corner that is constrained to a coarser leaf (which
+//! has rounded samples of its own) by at most 7.7e-6 from any leaf that touches it.
+
+use glam::{UVec3, Vec3};
+
+/// Lattice points of a block.
+pub const LATTICE: usize = 27;
+
+/// Words of a brick.
+pub const BRICK_WORDS: usize = 15;
+
+/// The largest 17-bit number, which stands for the value 1.
+const VALUE_MAX: f32 = 131_071.0;
+
+/// The samples at the lattice points of a block, number `x + 3 y + 9 z` for x, y, z in 0..3.
+///
+/// ```text
+/// words 0..14    the high 16 bits of samples 2 w (low half) and 2 w + 1 (high half); the high half of word 13 is 0
+/// word 14        the lowest bit of sample i at bit i
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
+pub struct Brick(pub [u32; BRICK_WORDS]);
+
+/// The number of a lattice point.
+#[inline]
+pub const fn lattice_index(x: u32, y: u32, z: u32) -> usize {
+    (x + 3 * y + 9 * z) as usize
+}
+
+/// x, y, z of a lattice point.
+#[inline]
+pub const fn lattice_point(index: usize) -> [u32; 3] {
+    let i = index as u32;
+    [i % 3, i / 3 % 3, i / 9]
+}
+
+/// The lattice point that is corner `k = x + 2 y + 4 z` of child `i`.
+#[inline]
+pub const fn corner_of_child(i: u32, k: u32) -> usize {
+    lattice_index((i & 1) + (k & 1), (i >> 1 & 1) + (k >> 1 & 1), (i >> 2) + (k >> 2))
+}
+
+impl Brick {
+    /// Encodes samples, clamped to [0, 1].
+    pub fn encode(samples: &[f32; LATTICE]) -> Self {
+        let mut words = [0; BRICK_WORDS];
+        for (i, sample) in samples.iter().enumerate() {
+            let number = (sample.clamp(0.0, 1.0) * VALUE_MAX).round() as u32;
+            words[i / 2] |= (number >> 1) << (16 * (i % 2));
+            words[BRICK_WORDS - 1] |= (number & 1) << i;
+        }
+        Brick(words)
+    }
+
+    /// Sample `i`, normalised, in [0, 1].
+    #[inline]
+    pub fn get(&self, i: usize) -> f32 {
+        let high = self.0[i / 2] >> (16 * (i % 2)) & 0xffff;
+        (high << 1 | self.0[BRICK_WORDS - 1] >> i & 1) as f32 * (1.0 / VALUE_MAX)
+    }
+
+    /// The samples at the corners of child `i`, corner `k = x + 2 y + 4 z`.
+    #[inline]
+    pub fn corners(&self, i: u32) -> [f32; 8] {
+        std::array::from_fn(|k| self.get(corner_of_child(i, k as u32)))
+    }
+}
+
+/// The trilinear field with values `corners` (number `x + 2 y + 4 z`) at `at`, in cells from corner 0.
+#[inline]
+pub fn trilinear(corners: &[f32; 8], at: Vec3) -> f32 {
+    let lerp = |a: f32, b: f32, w: f32| a + w * (b - a);
+    let x = |k: usize| lerp(corners[k], corners[k + 1], at.x);
+    lerp(lerp(x(0), x(2), at.y), lerp(x(4), x(6), at.y), at.z)
+}
+
+/// The offset of child or corner `k = x + 2 y + 4 z`.
+#[inline]
+pub(super) fn offset(k: u32) -> UVec3 {
+    UVec3::new(k & 1, k >> 1 & 1, k >> 2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_survive_to_17_bits() {
+        let samples: [f32; LATTICE] = std::array::from_fn(|i| (i as f32 * 0.381_966) % 1.0);
+        let brick = Brick::encode(&samples);
+        for (i, sample) in samples.iter().enumerate() {
+            assert!((brick.get(i) - sample).abs() <= 0.5 / VALUE_MAX + 1e-7, "{i}: {sample} -> {}", brick.get(i));
+        }
+        let ends: [f32; LATTICE] = std::array::from_fn(|i| if i % 2 == 0 { 1.5 } else { -1.0 });
+        assert_eq!((Brick::encode(&ends).get(4), Brick::encode(&ends).get(5)), (1.0, 0.0), "clamped");
+        assert_eq!(size_of::<Brick>(), 60);
+    }
+
+    #[test]
+    fn packing_is_bit_for_bit_as_documented() {
+        let mut samples = [0.0; LATTICE];
+        (samples[0], samples[3], samples[26]) = (1.0, 2.0 / VALUE_MAX, 1.0 / VALUE_MAX);
+        let mut expected = [0; BRICK_WORDS];
+        (expected[0], expected[1], expected[14]) = (0xffff, 1 << 16, 1 | 1 << 26);
+        assert_eq!(Brick::encode(&samples).0, expected);
+    }
+
+    #[test]
+    fn children_meet_in_the_lattice() {
+        let samples: [f32; LATTICE] = std::array::from_fn(|i| {
+            let [x, y, z] = lattice_point(i);
+            (x as f32 + 2.0 * y as f32 + 4.0 * z as f32) / 14.0
+        });
+        let brick = Brick::encode(&samples);
+        for child in 0..8 {
+            let corners = brick.corners(child);
+            let low = offset(child).as_vec3();
+            for at in [Vec3::ZERO, Vec3::new(0.3, 0.9, 0.5), Vec3::ONE] {
+                let expected = (low + at).dot(Vec3::new(1.0, 2.0, 4.0)) / 14.0;
+                assert!((trilinear(&corners, at) - expected).abs() < 1e-5, "child {child} at {at}");
+            }
+        }
+    }
+}
