@@ -25,7 +25,8 @@ fn check(mesh_file: &str, reference: &str, views: &[(u32, u32)]) {
     let classifier = Classifier::new(&TransferFunction::standard(), texture.value_range(), mesh.bounds().diagonal());
     let context = Context::new().expect("an adapter");
     let marcher = Marcher::new(&context).expect("the shaders compile");
-    let volumes = [NodeStorage::Buffer, NodeStorage::Texture].map(|s| OctreeVolume::upload_as(&context, &texture, surface.as_deref(), s).expect("fits"));
+    let volumes = [NodeStorage::Buffer, NodeStorage::Texture]
+        .map(|s| OctreeVolume::upload_as(&context, &texture, surface.as_deref(), s).expect("fits"));
     for &(view, size) in views {
         let camera = Camera::orbit(mesh.bounds().translated(mesh.center()), view, 1.0);
         let frame = camera.frame(mesh.center(), size, size);

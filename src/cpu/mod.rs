@@ -23,8 +23,8 @@ use crate::optics::{Classifier, KnotTable, Light};
 use crate::progress::{Cancelled, Progress};
 use crate::view::{CubeRays, RayFrame, RenderSettings, Steps};
 use ray::Ray;
-use surface::SurfaceRay;
 use rayon::prelude::*;
+use surface::SurfaceRay;
 
 /// No ray looks up more cells: only steps far below any leaf's size could.
 pub const MAX_LOOKUPS: u32 = 1 << 22;
