@@ -56,7 +56,7 @@ fn parallel(eye: DVec3, target: DVec3, view_height: f64) -> Camera {
 /// One ray through the cube.
 fn one_ray(texture: &OctreeTexture, classifier: &Classifier, eye: DVec3, toward: DVec3, settings: &RenderSettings) -> [f32; 4] {
     let frame = parallel(eye, eye + toward, 1.0).frame(DVec3::ZERO, 1, 1);
-    march(texture, &frame, classifier, settings, &Progress::new()).expect("nobody cancels").image.pixels[0]
+    march(texture, None, &frame, classifier, settings, &Progress::new()).expect("nobody cancels").image.pixels[0]
 }
 
 fn settings(steps: Steps) -> RenderSettings {

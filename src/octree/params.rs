@@ -50,14 +50,14 @@ pub struct OctreeParams {
     pub initial_cell_tets: f64,
     /// The uniform depth itself, overriding U.
     pub initial_depth: Option<u8>,
-    /// V: a cell with fewer than V tets is a leaf. At 2 cells split until each holds one tet; around a vertex, where about 24 meet,
+    /// V: a cell with fewer than V tets is a leaf; 0 leaves it to the rest. At 2 cells split until each holds one tet; around a vertex, where about 24 meet,
     /// that is down to the maximum depth.
     pub max_leaf_tets: u32,
     /// W: a cell whose distinct vertices' normalised scalars have a population variance below W is a leaf. Values are in [0, 1], so
-    /// 1e-4 stands for a standard deviation of 1 % of the range.
+    /// 1e-4 stands for a standard deviation of 1 % of the range; 0 leaves it to the rest.
     pub max_leaf_variance: f64,
     /// R: a cell in which the reconstruction is estimated to differ from the field by no more than this is a leaf; relative to the
-    /// field's range. `None` leaves it to V and W.
+    /// field's range. From depth 8 on cells are held to R, above it to a quarter of that a level. `None` leaves it to V and W.
     pub tolerance: Option<f64>,
     /// Dmax: no cell is deeper. 1 to [`OctreeParams::DEPTH_LIMIT`]; the paper uses 9.
     pub max_depth: u8,
@@ -72,13 +72,14 @@ pub struct OctreeParams {
 /// Named settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Preset {
-    /// The paper's depth 9 with its own sampling. It names no values for U, V and W; these are the default's.
+    /// The paper's: depth 9, V and W, one sample a leaf by inverse distance to vertices. It names no values for U, V and W; these give the
+    /// Blunt Fin (187 k tets) 200 k nodes at depth 9, as many as in the paper.
     Paper,
-    /// Depth 7: a first look in a few hundredths of a second.
+    /// Depth 7: a first look.
     Fast,
-    /// Depth 9: the default. On the Blunt Fin (187 k tets) 200 k nodes, as many as in the paper.
+    /// The default.
     Balanced,
-    /// Depth 10, small leaves.
+    /// Depth 10: where pictures are measured.
     Fine,
 }
 
@@ -102,24 +103,29 @@ impl Preset {
     pub const ALL: [(&'static str, Preset); 4] =
         [("paper", Preset::Paper), ("fast", Preset::Fast), ("balanced", Preset::Balanced), ("fine", Preset::Fine)];
 
-    /// The thresholds that a preset stands for.
+    /// The settings that a preset stands for.
     pub fn params(self) -> OctreeParams {
         let balanced = OctreeParams {
-            initial_cell_tets: 4.0,
+            initial_cell_tets: 512.0,
             initial_depth: None,
-            max_leaf_tets: 12,
-            max_leaf_variance: 5e-4,
-            tolerance: None,
+            max_leaf_tets: 0,
+            max_leaf_variance: 0.0,
+            tolerance: Some(0.02),
             max_depth: 9,
             sampling: Sampling::Tets,
-            boundary: Boundary::Centres,
-            reconstruction: Reconstruction::Leaf,
+            boundary: Boundary::Mesh,
+            reconstruction: Reconstruction::Continuous,
         };
         match self {
-            Preset::Paper => OctreeParams { sampling: Sampling::Vertices, ..balanced },
-            Preset::Fast => OctreeParams { max_depth: 7, initial_cell_tets: 32.0, max_leaf_variance: 2e-3, ..balanced },
+            Preset::Paper => OctreeParams {
+                sampling: Sampling::Vertices,
+                boundary: Boundary::Centres,
+                reconstruction: Reconstruction::Leaf,
+                ..balanced.by_thresholds()
+            },
+            Preset::Fast => OctreeParams { max_depth: 7, tolerance: Some(0.1), ..balanced },
             Preset::Balanced => balanced,
-            Preset::Fine => OctreeParams { max_depth: 10, max_leaf_tets: 4, max_leaf_variance: 1e-4, ..balanced },
+            Preset::Fine => OctreeParams { max_depth: 10, tolerance: Some(0.005), ..balanced },
         }
     }
 }
@@ -134,7 +140,7 @@ impl OctreeParams {
     /// The deepest tree that the texture's alpha channel can name (`10 * 25 = 250`).
     pub const DEPTH_LIMIT: u8 = 25;
 
-    /// These settings with V and W of the paper's rule instead of a tolerance.
+    /// These settings with U, V and W of the paper's rule instead of a tolerance, as [`Preset::Paper`] has them.
     pub fn by_thresholds(self) -> Self {
         if self.tolerance.is_none() {
             return self;

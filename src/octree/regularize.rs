@@ -137,37 +137,48 @@ impl Regularizer<'_> {
             self.progress.add(cell.share());
             return Ok(Outcome::Empty);
         }
-        let leaf = self.with_scratch(|scratch| {
-            let verdict = self.verdict(cell, tets, scratch);
-            verdict.is_leaf().then(|| {
-                self.localize(cell, tets, scratch);
-                let all: Vec<u32> = (0..tets.len() as u32).collect();
-                if verdict == Verdict::Deepest {
-                    self.note_if_unmet(&all, Vec3::ZERO, 1.0, scratch);
-                }
-                scratch.local.sample(&self.source, self.params, &all, Vec3::ZERO, 1.0, &mut scratch.visited)
-            })
-        });
-        if leaf.is_some() {
+        let settled = self.with_scratch(|scratch| {
+            let is_task = tets.len() <= TASK_TETS;
+            if !is_task && !self.verdict(cell, tets, scratch).is_leaf() {
+                return Ok(None);
+            }
+            let all = self.localize(cell, tets, scratch);
+            let verdict = if is_task { self.verdict_local(cell.depth, &all, Vec3::ZERO, 1.0, scratch) } else { Verdict::Leaf };
+            if !verdict.is_leaf() {
+                return self.divide_task(cell, &all, scratch).map(|(levels, corners)| Some(Outcome::Interior(levels, corners)));
+            }
+            let leaf = self.sample(verdict, &all, Vec3::ZERO, 1.0, scratch);
             self.progress.add(cell.share());
-        }
-        match leaf {
-            Some(Some(leaf)) => Ok(Outcome::Leaf(leaf)),
-            Some(None) => Ok(Outcome::Empty),
+            Ok(Some(leaf.map_or(Outcome::Empty, Outcome::Leaf)))
+        })?;
+        match settled {
+            Some(outcome) => Ok(outcome),
             None => self.divide(cell, tets).map(|(levels, corners)| Outcome::Interior(levels, corners)),
         }
+    }
+
+    /// The blocks of a cell of at most [`TASK_TETS`] tets, which the thread's working memory holds.
+    fn divide_task(&self, cell: Cell, all: &[u32], scratch: &mut Scratch) -> Result<(Vec<Growing>, [Sample; 8]), RegularizeError> {
+        let mut levels = Vec::new();
+        let corners = self.divide_local(cell.depth, Vec3::ZERO, 1.0, all, scratch, &mut levels, 0)?;
+        self.progress.add(cell.share());
+        Ok((levels, corners))
+    }
+
+    /// The leaf at a place of a task's cell.
+    fn sample(&self, verdict: Verdict, tets: &[u32], center: Vec3, half: f32, scratch: &mut Scratch) -> Option<Leaf> {
+        if verdict == Verdict::Deepest {
+            self.note_if_unmet(tets, center, half, scratch);
+        }
+        scratch.local.sample(&self.source, self.params, tets, center, half, &mut scratch.visited)
     }
 
     /// The blocks of an interior cell and all below it, and what is known of the cell's corners.
     fn divide(&self, cell: Cell, tets: &[u32]) -> Result<(Vec<Growing>, [Sample; 8]), RegularizeError> {
         if tets.len() <= TASK_TETS {
             return self.with_scratch(|scratch| {
-                self.localize(cell, tets, scratch);
-                let mut levels = Vec::new();
-                let all: Vec<u32> = (0..tets.len() as u32).collect();
-                let corners = self.divide_local(cell.depth, Vec3::ZERO, 1.0, &all, scratch, &mut levels, 0)?;
-                self.progress.add(cell.share());
-                Ok((levels, corners))
+                let all = self.localize(cell, tets, scratch);
+                self.divide_task(cell, &all, scratch)
             });
         }
         self.add_block()?;
@@ -266,10 +277,7 @@ impl Regularizer<'_> {
             let child = center + sign * quarter;
             let verdict = self.verdict_local(depth + 1, &inside, child, quarter, scratch);
             if verdict.is_leaf() {
-                if verdict == Verdict::Deepest {
-                    self.note_if_unmet(&inside, child, quarter, scratch);
-                }
-                if let Some(sample) = scratch.local.sample(&self.source, self.params, &inside, child, quarter, &mut scratch.visited) {
+                if let Some(sample) = self.sample(verdict, &inside, child, quarter, scratch) {
                     leaf |= 1 << i;
                     levels[level].level.value.push(sample.value);
                     levels[level].level.range.push(sample.range);
@@ -300,11 +308,6 @@ impl Regularizer<'_> {
         if let Some(verdict) = self.verdict_by_count(cell.depth, tets.len()) {
             return verdict;
         }
-        if tets.len() <= TASK_TETS && self.params.tolerance.is_some() {
-            self.localize(cell, tets, scratch);
-            let all: Vec<u32> = (0..tets.len() as u32).collect();
-            return self.verdict_local(cell.depth, &all, Vec3::ZERO, 1.0, scratch);
-        }
         let (max_variance, tolerance) = (self.params.max_leaf_variance, self.params.tolerance);
         if max_variance > 0.0 && visited.variance(&self.source, tets.iter().copied()) < max_variance {
             return Verdict::Leaf;
@@ -313,7 +316,11 @@ impl Regularizer<'_> {
             let [lo, hi] = visited.range(&self.source, tets.iter().copied());
             f64::from(hi - lo)
         };
-        if tolerance.is_some_and(|tolerance| spread() <= tolerance) { Verdict::Leaf } else { Verdict::Interior }
+        if tolerance.is_some_and(|tolerance| spread() <= f64::from(allowed_error(tolerance, cell.depth))) {
+            Verdict::Leaf
+        } else {
+            Verdict::Interior
+        }
     }
 
     /// The refinement stage's rule for a cell of a task.
@@ -327,7 +334,7 @@ impl Regularizer<'_> {
             return Verdict::Leaf;
         }
         let meets = |tolerance: f64| {
-            let tolerance = tolerance as f32;
+            let tolerance = allowed_error(tolerance, depth);
             local.error(&self.source, self.params.reconstruction, tolerance, tets, center, half, visited) <= tolerance
         };
         if tolerance.is_some_and(meets) { Verdict::Leaf } else { Verdict::Interior }
@@ -347,6 +354,7 @@ impl Regularizer<'_> {
     /// Notes a leaf of the greatest depth in which the tolerance is not met.
     fn note_if_unmet(&self, tets: &[u32], center: Vec3, half: f32, scratch: &mut Scratch) {
         let Some(tolerance) = self.params.tolerance else { return };
+        let tolerance = f64::from(allowed_error(tolerance, self.params.max_depth));
         let Scratch { local, visited, .. } = scratch;
         let error = local.error(&self.source, self.params.reconstruction, f32::INFINITY, tets, center, half, visited);
         if f64::from(error) <= tolerance {
@@ -362,9 +370,11 @@ impl Regularizer<'_> {
         (self.root_min + (cell.index.as_dvec3() + 0.5) * edge, edge / 2.0)
     }
 
-    fn localize(&self, cell: Cell, tets: &[u32], scratch: &mut Scratch) {
+    /// Takes up a task's tets; gives their local numbers.
+    fn localize(&self, cell: Cell, tets: &[u32], scratch: &mut Scratch) -> Vec<u32> {
         let (center, half) = self.center_and_half(cell);
         scratch.local.prepare(&self.source, tets, center, half);
+        (0..tets.len() as u32).collect()
     }
 
     /// Counts a block; stops where there are too many, or on request.
@@ -381,6 +391,18 @@ impl Regularizer<'_> {
         pool().push(scratch);
         result
     }
+}
+
+/// Cells of this depth and deeper are held to the tolerance itself.
+const EVEN_DEPTH: u8 = 8;
+
+/// The error that a cell may have under a tolerance: a quarter for each level above [`EVEN_DEPTH`].
+///
+/// What is seen of an error is its integral along rays and over pixels: a cell of edge h and error e adds about (e h)^2 to each of h^2 / pixel
+/// area squares. Splitting costs eight leaves whatever h is, so the picture gains most for its bytes where e h^2 is the same in all leaves. Held
+/// to one tolerance at all sizes, the few large cells, whose small errors have one sign over long ways, would spoil the picture.
+fn allowed_error(tolerance: f64, depth: u8) -> f32 {
+    (tolerance * 0.25f64.powi(i32::from(EVEN_DEPTH.saturating_sub(depth)))) as f32
 }
 
 /// What a cell is.

@@ -236,7 +236,10 @@ impl LocalTets {
         let value = value.unwrap_or_else(|| match (params.sampling, holder) {
             (Sampling::Vertices, _) => self.inverse_distance_to_vertices(source, tets, center, half, visited).value().into(),
             (_, Some(tet)) => self.value_in(tet, center.as_dvec3()),
-            (_, None) => self.inverse_distance_to_tets(source, tets, center).value().into(),
+            (_, None) => {
+                let ([near], _) = self.planes.deepest(tets, &[[center.x], [center.y], [center.z]]);
+                self.inverse_distance_to_tets(source, tets, near, center).value().into()
+            }
         });
         let value = value.clamp(0.0, 1.0) as f32;
         if params.reconstruction == Reconstruction::Continuous {
@@ -247,7 +250,7 @@ impl LocalTets {
                 if params.sampling == Sampling::Vertices {
                     *corner = self.inverse_distance_to_vertices(source, tets, at, half, visited);
                 } else if outside[k] > INSIDE_TOLERANCE {
-                    corner.merge(self.inverse_distance_to_tets(source, tets, at));
+                    corner.merge(self.inverse_distance_to_tets(source, tets, deepest[k], at));
                 } else if !average {
                     *corner = Sample::exact(self.value_in(deepest[k], at.as_dvec3()) as f32);
                 }
@@ -381,20 +384,34 @@ impl LocalTets {
         exact.map_or_else(|| Sample::mean(sum, weights), |value| Sample::exact(value as f32))
     }
 
-    /// Equation (1') outside every tet: the mean of the values at each tet's nearest point, weighted by 1 / distance.
-    fn inverse_distance_to_tets(&self, source: &Source, tets: &[u32], at: Vec3) -> Sample {
+    /// Equation (1') outside every tet: the mean of the values at each tet's nearest point, weighted by inverse distance. As in Franke &
+    /// Nielson's modification of Shepard's method, the weights `1 / D - 1 / R` end at a radius R, here twice the distance of the tet `near`
+    /// that nearly holds the point: what is far has little to say, and most of a leaf's tets need no closer look.
+    fn inverse_distance_to_tets(&self, source: &Source, tets: &[u32], near: u32, at: Vec3) -> Sample {
         let x = self.center + at.as_dvec3() * self.half;
+        let nearest = |local: u32| {
+            let tet = self.ids[local as usize];
+            let (w, distance) = geometry::closest_point_beyond(x, &source.corners(tet), self.planes.faces_outside(local as usize, at));
+            let value: f64 = w.iter().zip(source.values(tet)).map(|(w, s)| w * s).sum();
+            (value, distance)
+        };
+        let (value, distance) = nearest(near);
+        if distance == 0.0 {
+            return Sample::exact(value as f32);
+        }
+        let radius = 2.0 * distance;
         let (mut weights, mut sum) = (0.0, 0.0);
         for &local in tets {
-            let tet = self.ids[local as usize];
-            let faces = self.planes.faces_outside(local as usize, at);
-            let (w, distance) = geometry::closest_point_beyond(x, &source.corners(tet), faces);
-            let value: f64 = w.iter().zip(source.values(tet)).map(|(w, s)| w * s).sum();
+            // A face plane is never farther than the tet.
+            if f64::from(self.planes.distance_outside(local as usize, at)) * self.half >= radius {
+                continue;
+            }
+            let (value, distance) = nearest(local);
             if distance == 0.0 {
                 return Sample::exact(value as f32);
             }
-            let distance = distance / source.extent;
-            (weights, sum) = (weights + 1.0 / distance, sum + value / distance);
+            let weight = (source.extent / distance - source.extent / radius).max(0.0);
+            (weights, sum) = (weights + weight, sum + value * weight);
         }
         Sample::mean(sum, weights)
     }
