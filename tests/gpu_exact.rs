@@ -234,10 +234,10 @@ fn assert_reference(name: &str, file: &str, views: &[(u32, u32)]) {
         let (gpu, cpu) = (picture(0, DeviceChoice::Gpu), picture(1, DeviceChoice::Cpu));
         let reference = read_npy(&shared.join(format!("reference/{name}_v{k:02}_{size}.npy"))).expect("reads");
         let (_, covered) = psnr(&reference, &gpu);
-        let (p999, worst) = difference(&cpu, &gpu);
-        eprintln!("{name} view {k}, {size}: {covered:.1} dB, 99.9 % within {p999:.1e}, worst {worst:.1e}, {bytes_a_tet:.1} bytes a tet");
-        assert!(covered >= 60.0, "{name} view {k}, {size}: {covered} dB over covered pixels");
-        assert!(worst <= 2.0 / 255.0, "{name} view {k}, {size}: {worst} off the f64 renderer");
+        let (_, worst) = difference(&cpu, &gpu);
+        // The bars are 60 dB and 2/255; hold what is reached: f32.
+        assert!(covered >= 80.0, "{name} view {k}, {size}: {covered} dB over covered pixels");
+        assert!(worst <= 1e-4, "{name} view {k}, {size}: {worst} off the f64 renderer");
     }
 }
 
