@@ -1,12 +1,15 @@
 //! The boundary surface has the same intervals on the GPU as on the CPU. Needs an adapter; Mesa's software one will do.
 
+mod meshes;
+
 use glam::DVec3;
+use meshes::{point_field, sponge};
 use octetra::cpu::surface_intervals;
 use octetra::gpu::layout::Frame;
 use octetra::gpu::shader::FILES;
 use octetra::gpu::{Context, GpuSurface};
 use octetra::mesh::generate::{Shape, plan};
-use octetra::mesh::{Association, BoundarySurface, FieldSelection, MeshParts, ScalarField, TetMesh, collect};
+use octetra::mesh::{BoundarySurface, FieldSelection, ScalarField, TetMesh, collect};
 use octetra::view::{Camera, CubeRays, Projection, RayFrame, RenderSettings};
 use wgpu::util::DeviceExt;
 
@@ -75,28 +78,6 @@ fn intervals(context: &Context, surface: &BoundarySurface, uniforms: Frame) -> V
     pixels.map(|slots| slots.iter().map(|&[t0, t1]| (t0, t1)).take_while(|(t0, t1)| t0 < t1).collect()).collect()
 }
 
-/// A grid of cells, each there with a chance of 60 %, six tets each, points moved at random; the seed is fixed.
-fn sponge(n: u32) -> TetMesh {
-    let mut state = 7u64;
-    let mut random = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
-    let mut parts = MeshParts::default();
-    for i in 0..(n + 1).pow(3) {
-        let at = [i % (n + 1), i / (n + 1) % (n + 1), i / (n + 1).pow(2)].map(f64::from);
-        parts.points.push(DVec3::from(at) + DVec3::new(random(), random(), random()) * 0.3);
-    }
-    let index = |x, y, z| x + (n + 1) * (y + (n + 1) * z);
-    for (x, y, z) in (0..n).flat_map(|z| (0..n).flat_map(move |y| (0..n).map(move |x| (x, y, z)))) {
-        let corner = |i: u32| index(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2 & 1));
-        if random() < 0.6 {
-            parts.tets.extend([[1, 3], [1, 5], [2, 3], [2, 6], [4, 5], [4, 6]].map(|[a, b]| [0, a, b, 7].map(corner)));
-        }
-    }
-    TetMesh::new(parts).expect("valid")
-}
-
 fn frames(mesh: &TetMesh) -> [RayFrame; 4] {
     let (bounds, center) = (mesh.bounds(), mesh.center());
     let [near, far] = [0.0, 60.0].map(|k| Camera::orbit(bounds.translated(center), k as u32 % 12, 1.0 + k / 60.0));
@@ -128,8 +109,7 @@ fn gpu_and_cpu_find_the_same_intervals() {
     let wing = collect(&*plan(Shape::Wing, None).expect("a size")).expect("valid");
     let mut most = 0;
     for mesh in [ball, wing, sponge(12)] {
-        let field = ScalarField::select(&mesh, &FieldSelection::default())
-            .unwrap_or_else(|_| ScalarField::new("none".into(), Association::Cells, vec![0.0; mesh.tets().len()]));
+        let field = ScalarField::select(&mesh, &FieldSelection::default()).unwrap_or_else(|_| point_field(&mesh, |p| p.x));
         let surface = BoundarySurface::new(&mesh, &field);
         let (min, edge) = mesh.root_cube();
         for (view, frame) in frames(&mesh).into_iter().enumerate() {

@@ -2,6 +2,7 @@
 
 use octetra::gpu::layout::{Counter, Frame, Knot};
 use octetra::gpu::shader::{FILES, NodeStorage, source};
+use octetra::mesh::{adjacency, boundary};
 use octetra::{cpu, optics};
 use wgpu::naga::back::{PipelineConstants, pipeline_constants::process_overrides};
 use wgpu::naga::front::wgsl;
@@ -96,10 +97,14 @@ fn constants_have_one_value() {
         ("INDEX_SIZE", optics::INDEX_SIZE as f64),
         ("INTERIOR", f64::from(cpu::INTERIOR)),
         ("MAX_DEPTH", cpu::MAX_DEPTH as f64),
+        ("MAX_HITS", cpu::MAX_HITS as f64),
+        ("MAX_LEVELS", f64::from(boundary::MAX_LEVELS)),
         ("MAX_LOOKUPS", f64::from(cpu::MAX_LOOKUPS)),
         ("MIN_STEP", f64::from(cpu::MIN_STEP)),
+        ("NONE", f64::from(adjacency::NONE)),
         ("PARALLEL", f64::from(cpu::PARALLEL)),
         ("PSI_SIZE", optics::PSI_SIZE as f64),
+        ("TINY", f64::from(cpu::TINY)),
     ];
     let mut seen = std::collections::BTreeSet::new();
     for (file, module) in modules() {

@@ -26,7 +26,7 @@ pub struct Document {
 /// A regularized field on the device, and its numbers.
 pub struct OctreeModel {
     /// What the renderer draws.
-    pub scene: Scene,
+    pub scene: Arc<Scene>,
     /// Smallest and largest value of the field, data units.
     pub value_range: [f64; 2],
     /// Interior cells and full leaves.
@@ -43,7 +43,7 @@ pub struct OctreeModel {
 
 /// Steps of an exact picture, in the order in which they come.
 pub enum ExactStep {
-    /// The mesh is linked; this scene serves other views of the same field.
+    /// The mesh is linked; this scene serves all views of the same field. If it lies on the device, no picture follows: it is marched.
     Linked(Arc<Scene>),
     /// A picture.
     Picture {
@@ -85,10 +85,10 @@ pub fn build_octree(
     let bytes = texture.bytes();
     let (scene, upload_s) = renderer.octree_scene(mesh, texture, params.surface(mesh, &field))?;
     let (nodes, leaves_by_depth) = (tree.node_count(), tree.leaves_by_depth());
-    Ok(OctreeModel { scene, value_range: field.range, nodes, leaves_by_depth, bytes, build_s, upload_s })
+    Ok(OctreeModel { scene: Arc::new(scene), value_range: field.range, nodes, leaves_by_depth, bytes, build_s, upload_s })
 }
 
-/// Draws the mesh itself, coarsely first. Without a scene the mesh is linked before.
+/// Links the mesh, if there is no scene of it, and draws it, coarsely first, unless the device can.
 pub fn draw_exact(
     renderer: &Renderer,
     mesh: &TetMesh,
@@ -107,6 +107,9 @@ pub fn draw_exact(
             scene
         }
     };
+    if scene.is_on_device() {
+        return Ok(());
+    }
     for divisor in [8, 3, 1] {
         let mut view = view.clone();
         [view.settings.width, view.settings.height] = super::pace::divided([view.settings.width, view.settings.height], divisor);

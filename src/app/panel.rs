@@ -99,7 +99,7 @@ impl Viewer {
                 &mut render.renderer,
                 &[
                     (RendererKind::Octree, "octree", "The octree texture, marched on the GPU"),
-                    (RendererKind::Exact, "exact", "The mesh itself, every ray through every tet in f64: slow, and the truth"),
+                    (RendererKind::Exact, "exact", "The mesh itself, every ray through every tet: what the octree is to look like"),
                 ],
             );
             choice(

@@ -33,11 +33,16 @@ pub struct Viewer {
     pub(super) opening: Camera,
     pub(super) frame_time: Option<FrameTime>,
     exact: ExactStage,
+    /// The view that the picture was marched for; `None` if the scene is another since.
+    shown: Option<View>,
     loading: Option<Job<Result<Option<Document>>>>,
     saving: Option<Job<Result<PathBuf>>>,
     status: Status,
     renderer: Arc<Renderer>,
-    pace: Pace,
+    /// Of the octree, and of the mesh itself.
+    paces: [Pace; 2],
+    /// What is being marched.
+    marching: RendererKind,
     /// Seconds that the parts of the picture being refined took so far.
     refining_s: Option<f64>,
     /// Pixels of the picture's place in the window.
@@ -90,11 +95,9 @@ pub(super) struct OctreeStage {
     key: Option<OctreeKey>,
     job: Option<Job<Result<OctreeModel>>>,
     pub model: Option<Arc<OctreeModel>>,
-    /// The view that the picture was marched for; `None` if the model is another since.
-    shown: Option<View>,
 }
 
-/// The exact picture: being linked and drawn, shown.
+/// The mesh itself: being linked; where the device has no room for it, being drawn in the background too.
 #[derive(Default)]
 struct ExactStage {
     /// What the last job was started for.
@@ -127,13 +130,15 @@ impl Viewer {
             opening: settings.camera,
             octree: OctreeStage::default(),
             exact: ExactStage::default(),
+            shown: None,
             viewport,
             frame_time: None,
             loading: None,
             saving: None,
             status: Status::default(),
             renderer,
-            pace: Pace::default(),
+            paces: [Pace::default(); 2],
+            marching: RendererKind::Octree,
             refining_s: None,
             size: [0; 2],
             seen: Seen::of(&settings),
@@ -153,9 +158,11 @@ impl Viewer {
     /// Whether the picture is the one asked for, in full, and nothing is on its way.
     pub fn is_settled(&self) -> bool {
         let wanted = self.wanted();
-        let shown = match self.settings.render.renderer {
-            RendererKind::Octree => self.octree.shown.as_ref() == Some(&wanted) && self.octree.key == Some(self.octree_key()),
-            RendererKind::Exact => self.exact.complete && self.exact.key == Some((self.settings.field.clone(), self.exact_view())),
+        let marched = self.shown.as_ref() == Some(&wanted);
+        let shown = match (self.settings.render.renderer, &self.exact.scene) {
+            (RendererKind::Octree, _) => marched && self.octree.key == Some(self.octree_key()),
+            (RendererKind::Exact, Some((field, scene))) if scene.is_on_device() => marched && *field == self.settings.field,
+            (RendererKind::Exact, _) => self.exact.complete && self.exact.key == Some((self.settings.field.clone(), self.exact_view())),
         };
         shown && !self.viewport.is_marching() && self.activity().is_none()
     }
@@ -230,6 +237,22 @@ impl Viewer {
         self.status = Status { text, is_error: true };
     }
 
+    /// The scene that the device marches, for the renderer chosen.
+    fn marched_scene(&self) -> Option<Arc<Scene>> {
+        match view_kind(&self.settings) {
+            RendererKind::Octree => self.octree.model.as_ref().map(|model| model.scene.clone()),
+            RendererKind::Exact => self.exact.scene.as_ref().map(|(_, scene)| scene.clone()).filter(|scene| scene.is_on_device()),
+        }
+    }
+
+    /// Has the picture marched anew, since its scene is another.
+    fn show_anew(&mut self) {
+        self.shown = None;
+        self.viewport.stop_refining();
+        self.moved = Instant::now();
+        self.clear_error();
+    }
+
     fn octree_key(&self) -> OctreeKey {
         (self.settings.field.clone(), self.settings.params.clone())
     }
@@ -287,6 +310,7 @@ impl Viewer {
         self.document = document;
         self.octree = OctreeStage::default();
         self.exact = ExactStage::default();
+        self.shown = None;
         self.moved = Instant::now();
     }
 
@@ -307,20 +331,17 @@ impl Viewer {
         match outcome(ended) {
             Ok(model) => {
                 self.octree.model = Some(Arc::new(model));
-                self.octree.shown = None;
-                self.viewport.stop_refining();
-                self.moved = Instant::now();
-                self.clear_error();
+                self.show_anew();
             }
             Err(error) => self.fail(error),
         }
     }
 
-    /// Marches the octree if the picture is not the one wanted: coarsely while the view moves.
+    /// Marches the scene if the picture is not the one wanted: coarsely while the view moves.
     fn march(&mut self, ctx: &egui::Context) {
         match self.viewport.poll() {
             Ok(Some((size, time))) => {
-                self.pace.add(size, time.gpu_s.unwrap_or(time.wall_s));
+                self.paces[self.marching as usize].add(size, time.gpu_s.unwrap_or(time.wall_s));
                 // Of a picture marched in parts the sum is shown.
                 let before = self.refining_s.unwrap_or(0.0);
                 self.frame_time = Some(FrameTime { wall_s: before + time.wall_s, gpu_s: time.gpu_s.map(|s| before + s) });
@@ -332,40 +353,42 @@ impl Viewer {
         if self.viewport.is_marching() {
             return ctx.request_repaint();
         }
-        if view_kind(&self.settings) != RendererKind::Octree || self.size.contains(&0) {
-            self.octree.shown = None;
+        let scene = self.marched_scene().filter(|_| !self.size.contains(&0));
+        let Some(scene) = scene else {
+            self.shown = None;
             return;
-        }
-        let Some(model) = self.octree.model.clone() else { return };
+        };
+        self.marching = view_kind(&self.settings);
+        let pace = self.paces[self.marching as usize];
         let moving_for = MOVING.saturating_sub(self.moved.elapsed());
-        let divisor = if moving_for.is_zero() { 1 } else { self.pace.moving_divisor(self.size, self.viewport.is_slow()) };
+        let divisor = if moving_for.is_zero() { 1 } else { pace.moving_divisor(self.size, self.viewport.is_slow()) };
         let view = self.wanted();
         if divisor > 1 {
             ctx.request_repaint_after(moving_for);
         }
-        if self.octree.shown.as_ref().is_some_and(|shown| is_fine_enough(shown, &view, divisor)) {
+        if self.shown.as_ref().is_some_and(|shown| is_fine_enough(shown, &view, divisor)) {
             self.refining_s = None;
             return;
         }
-        let (rows, refining) = (self.pace.rows_at_rest(self.size), self.viewport.is_refining(&view));
+        let (rows, refining) = (pace.rows_at_rest(self.size), self.viewport.is_refining(&view));
         let marched = if divisor > 1 || (rows == self.size[1] && !refining) {
             let mut coarse = view;
             [coarse.settings.width, coarse.settings.height] = divided(self.size, divisor);
             self.refining_s = None;
-            self.viewport.march(&self.renderer, &model.scene, &coarse).map(|()| Some(coarse))
+            self.viewport.march(&self.renderer, &scene, &coarse).map(|()| Some(coarse))
         } else {
             if !refining {
                 self.refining_s = Some(0.0);
             }
-            self.viewport.refine(&self.renderer, &model.scene, &view, rows).map(|whole| whole.then_some(view))
+            self.viewport.refine(&self.renderer, &scene, &view, rows).map(|whole| whole.then_some(view))
         };
         match marched {
-            Ok(Some(drawn)) => self.octree.shown = Some(drawn),
+            Ok(Some(drawn)) => self.shown = Some(drawn),
             Ok(None) => {}
             Err(error) => {
                 self.fail(error.into());
                 // The same march would only fail again.
-                self.octree.shown = Some(self.wanted());
+                self.shown = Some(self.wanted());
             }
         }
         ctx.request_repaint();
@@ -378,7 +401,8 @@ impl Viewer {
         }
         self.take_exact();
         let key = (self.settings.field.clone(), self.exact_view());
-        if self.size.contains(&0) || self.exact.key.as_ref() == Some(&key) {
+        let is_on_device = self.exact.scene.as_ref().is_some_and(|(field, scene)| *field == key.0 && scene.is_on_device());
+        if self.size.contains(&0) || self.exact.key.as_ref() == Some(&key) || is_on_device {
             return;
         }
         // A job that has drawn nothing yet goes on, lest a moving view never be seen; one for another field is of no use.
@@ -400,13 +424,20 @@ impl Viewer {
                 Polled::Pending => return,
                 Polled::Ended => {
                     self.exact.job = None;
-                    if !(self.exact.complete || self.is_error()) {
+                    let marched = self.exact.scene.as_ref().is_some_and(|(_, scene)| scene.is_on_device());
+                    if !(self.exact.complete || marched || self.is_error()) {
                         self.fail(outcome::<()>(Polled::Ended).expect_err("an end without result"));
                     }
                 }
                 Polled::Result(Err(error)) => self.fail(error),
                 Polled::Result(Ok(ExactStep::Linked(scene))) => {
+                    if let Some(reason) = scene.fell_back() {
+                        self.say(format!("{reason}; drawing on the CPU"));
+                    }
                     self.exact.scene = self.exact.key.as_ref().map(|(field, _)| (field.clone(), scene));
+                    if self.marched_scene().is_some() {
+                        self.show_anew();
+                    }
                 }
                 Polled::Result(Ok(ExactStep::Picture { picture, complete })) => {
                     (self.exact.given, self.exact.complete) = (true, complete);

@@ -85,7 +85,7 @@ impl Viewport {
         Ok(done?.map(|time| (size, time)))
     }
 
-    /// Starts the march of an octree scene. Its picture replaces the one before.
+    /// Starts the march of a scene on the device. Its picture replaces the one before.
     pub fn march(&mut self, renderer: &Renderer, scene: &Scene, view: &View) -> Result<(), RenderError> {
         self.refined = None;
         self.resize([view.settings.width, view.settings.height])?;

@@ -56,11 +56,12 @@ impl BenchCommand {
         let view = self.view.view(&mesh, self.view.files()?);
         let renderer = Renderer::new(self.view.device.into())?;
         say_if_fallen_back(&renderer);
+        // What all is compared with is the f64 renderer.
+        let truth = Renderer::new(DeviceChoice::Cpu)?;
         let exact = with_bar(|progress| -> Result<Image> {
-            let renderer = Renderer::new(DeviceChoice::Cpu)?;
-            let scene = renderer.exact_scene(&mesh, &field, progress)?;
+            let scene = truth.exact_scene(&mesh, &field, progress)?;
             let settings = crate::view::RenderSettings { renderer: RendererKind::Exact, min_transmittance: 0.0, ..view.settings };
-            Ok(renderer.render(&scene, &View { settings, ..view.clone() }, progress)?.image)
+            Ok(truth.render(&scene, &View { settings, ..view.clone() }, progress)?.image)
         })?;
 
         let paper = PaperTable::of(&mesh);
@@ -91,7 +92,24 @@ impl BenchCommand {
             writeln!(out, "{name:<8}  {row}")?;
             out.flush()?;
         }
+        writeln!(out, "\n{}", self.exact_frames(&mesh, &field, &view, &renderer, &exact)?)?;
         Ok(())
+    }
+
+    /// The exact renderer on the same device: bytes, frame time over the orbit, distance from the truth.
+    fn exact_frames(&self, mesh: &TetMesh, field: &ScalarField, view: &View, renderer: &Renderer, truth: &Image) -> Result<String> {
+        let scene = with_bar(|progress| renderer.exact_scene(mesh, field, progress))?;
+        let settings = crate::view::RenderSettings { renderer: RendererKind::Exact, ..view.settings };
+        let view = View { settings, ..view.clone() };
+        let picture = with_bar(|progress| renderer.render(&scene, &view, progress))?;
+        let bounds = mesh.bounds().translated(mesh.center());
+        let repeats = if scene.is_on_device() { u32::from(self.repeats) } else { 1 };
+        let frames = with_bar(|progress| orbit_frames(renderer, &scene, bounds, &view, repeats, progress))?;
+        let (by, seconds) = frames.gpu_s.as_ref().map_or(("clock", &frames.wall_s), |gpu_s| ("GPU", gpu_s));
+        let (frame, worst) = Frames::median_and_worst(seconds);
+        let bytes = scene.exact_bytes().unwrap_or(0) as f64 / mesh.tets().len() as f64;
+        let (frame, worst, decibels) = (frame * 1e3, worst * 1e3, psnr(truth, &picture.image).1);
+        Ok(format!("exact: {bytes:.1} bytes a tet, frame {frame:.3} ms, worst {worst:.2} ms (by {by}), {decibels:.1} dB against f64"))
     }
 
     /// How many nodes a depth should have: what was asked for, else the paper's.

@@ -6,7 +6,7 @@ use super::report::Report;
 use crate::image::{Background, write_npy, write_png};
 use crate::mesh::{ScalarField, TetMesh};
 use crate::octree::{OctreeTexture, regularize};
-use crate::render::{DeviceChoice, Renderer, Scene};
+use crate::render::{Renderer, Scene};
 use anyhow::Result;
 use clap::Args;
 use serde_json::json;
@@ -64,13 +64,11 @@ impl RenderCommand {
         report.params(&self.mesh, &field, &self.octree, Some((&self.view, &view)))?;
         report.set("params", "background", if self.transparent { json!("transparent") } else { json!(self.background) });
 
-        // The exact renderer needs no GPU.
-        let device = if self.view.renderer == RendererArg::Exact { DeviceChoice::Cpu } else { self.view.device.into() };
-        let renderer = Renderer::new(device)?;
+        let renderer = Renderer::new(self.view.device.into())?;
         say_if_fallen_back(&renderer);
         let scene = self.scene(&renderer, &mesh, &field, &mut report)?;
         let picture = with_bar(|progress| renderer.render(&scene, &view, progress))?;
-        report.picture(&renderer, scene.kind(), &picture);
+        report.picture(&renderer, &scene, &picture);
 
         let background = if self.transparent { Background::Transparent } else { Background::Color(self.background) };
         write_png(&output, &picture.image, background)?;
@@ -82,7 +80,12 @@ impl RenderCommand {
     /// What is drawn: the octree texture, built here, or the mesh itself.
     fn scene(&self, renderer: &Renderer, mesh: &TetMesh, field: &ScalarField, report: &mut Report) -> Result<Scene> {
         if self.view.renderer == RendererArg::Exact {
-            return with_bar(|progress| renderer.exact_scene(mesh, field, progress));
+            let scene = with_bar(|progress| renderer.exact_scene(mesh, field, progress))?;
+            if let Some(reason) = scene.fell_back() {
+                note(&format!("{}; drawing on the CPU", one_line(&reason.to_string())));
+            }
+            report.set("exact", "bytes", scene.exact_bytes());
+            return Ok(scene);
         }
         self.mesh.check_budget(mesh)?;
         let start = Instant::now();

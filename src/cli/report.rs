@@ -4,8 +4,8 @@ use super::args::{MeshArgs, OctreeArgs, ViewArgs};
 use crate::image::write_atomically;
 use crate::mesh::{Component, ScalarField, TetMesh};
 use crate::octree::{Octree, OctreeTexture};
-use crate::render::{Picture, Renderer};
-use crate::view::{RendererKind, View};
+use crate::render::{Picture, Renderer, Scene};
+use crate::view::View;
 use anyhow::{Context, Result};
 use serde_json::{Map, Value, json};
 use std::path::Path;
@@ -24,6 +24,7 @@ impl Report {
             "field": { "array": field.name, "range": field.range },
             "octree": { "nodes": null, "leaves": null, "empty": null, "leaves_by_depth": null, "bytes": null },
             "boundary": { "bytes": 0 },
+            "exact": { "bytes": null },
             "error": { "rmse_rel": null, "max_rel": null, "bound_rel": null },
             "time": { "load": load_s, "regularize": null, "upload": null, "frame": null, "frame_gpu": null, "intervals_gpu": null },
             "samples": { "taken": null, "needed": null },
@@ -50,11 +51,11 @@ impl Report {
     }
 
     /// The picture's numbers and the device's.
-    pub fn picture(&mut self, renderer: &Renderer, kind: RendererKind, picture: &Picture) {
+    pub fn picture(&mut self, renderer: &Renderer, scene: &Scene, picture: &Picture) {
         self.set("time", "frame", picture.wall_s);
         self.set("time", "frame_gpu", picture.gpu_s);
         self.set("samples", "taken", picture.samples);
-        if let (Some([name, backend, driver]), RendererKind::Octree) = (renderer.adapter(), kind) {
+        if let (Some([name, backend, driver]), true) = (renderer.adapter(), scene.is_on_device()) {
             self.0["adapter"] = json!({ "name": name, "backend": backend, "driver": driver });
         }
     }

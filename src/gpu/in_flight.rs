@@ -1,10 +1,9 @@
 //! Frames that nobody waits for: the window goes on while the GPU marches.
 
 use super::context::{Context, GpuError};
-use super::march::Marcher;
+use super::march::{Marched, Marcher};
 use super::target::Target;
 use super::timing::Timestamps;
-use super::volume::OctreeVolume;
 use crate::optics::Classifier;
 use crate::view::{RayFrame, RenderSettings};
 use std::sync::mpsc::{self, Receiver, TryRecvError};
@@ -40,10 +39,10 @@ impl InFlight {
 
 impl Marcher {
     /// Submits the march of one frame into `target`, which must have the frame's size. Work submitted later finds the image in it.
-    pub fn start(
+    pub fn start<'a>(
         &self,
         context: &Context,
-        volume: &OctreeVolume,
+        volume: impl Into<Marched<'a>>,
         frame: &RayFrame,
         classifier: &Classifier,
         settings: &RenderSettings,
@@ -51,7 +50,7 @@ impl Marcher {
     ) -> Result<InFlight, GpuError> {
         let timestamps = Timestamps::new(context)?;
         let mut encoder = context.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.encode_timed(context, &mut encoder, volume, frame, classifier, settings, target, timestamps.as_ref())?;
+        self.encode_timed(context, &mut encoder, volume.into(), frame, classifier, settings, target, timestamps.as_ref())?;
         let (sender, done) = mpsc::channel();
         context.scoped(|| {
             if let Some(timestamps) = &timestamps {

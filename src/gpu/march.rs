@@ -1,16 +1,20 @@
-//! The march over the octree texture, `shaders/march_leaf.wgsl` and `shaders/march_paper.wgsl`: the twin of `cpu::march`.
+//! The march over the octree texture, `shaders/march_leaf.wgsl` and `shaders/march_paper.wgsl`: the twin of `cpu::march`. And that through
+//! the mesh itself, `shaders/march_exact.wgsl`.
 //!
 //! It is a compute pass: on some GPUs only a few multiprocessors run fragment shaders (maths 8).
 
 use super::context::{Context, GpuError};
+use super::exact_mesh::ExactMesh;
 use super::layout::{Counter, Frame};
 use super::shader::{self, NodeStorage};
+use super::surface::GpuSurface;
 use super::target::Target;
 use super::timing::Timestamps;
 use super::volume::{Nodes, OctreeVolume};
 use crate::image::Image;
 use crate::optics::{Classifier, psi_table};
 use crate::view::{RayFrame, RenderSettings, Steps};
+use glam::DVec3;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -22,20 +26,75 @@ const TILE: u32 = 8;
 /// The pipelines of the march.
 #[derive(Debug)]
 pub struct Marcher {
-    /// Layouts for a volume of buffers, and of textures.
-    layouts: [wgpu::BindGroupLayout; 2],
+    /// Layouts by [`Data`].
+    layouts: [wgpu::BindGroupLayout; 3],
     /// Each is made when it is first needed.
     pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
     psi: wgpu::Buffer,
 }
 
+/// What a march goes through.
+#[derive(Debug, Clone, Copy)]
+pub enum Marched<'a> {
+    /// An octree texture.
+    Octree(&'a OctreeVolume),
+    /// The mesh itself.
+    Exact(&'a ExactMesh),
+}
+
 /// What a pipeline is made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-struct Variant {
-    steps: Steps,
-    storage: NodeStorage,
-    continuous: bool,
-    clipped: bool,
+enum Variant {
+    Octree { steps: Steps, storage: NodeStorage, continuous: bool, clipped: bool },
+    Exact { on_cells: bool },
+}
+
+impl<'a> From<&'a OctreeVolume> for Marched<'a> {
+    fn from(volume: &'a OctreeVolume) -> Self {
+        Marched::Octree(volume)
+    }
+}
+
+impl<'a> From<&'a ExactMesh> for Marched<'a> {
+    fn from(mesh: &'a ExactMesh) -> Self {
+        Marched::Exact(mesh)
+    }
+}
+
+impl<'a> Marched<'a> {
+    /// Lowest corner and edge of the root cube, and the levels of an octree in it.
+    fn cube(self) -> (DVec3, f64, u8) {
+        match self {
+            Marched::Octree(volume) => (volume.root_min, volume.root_edge, volume.depth),
+            Marched::Exact(mesh) => (mesh.cube_min, mesh.cube_edge, 1),
+        }
+    }
+
+    fn variant(self, steps: Steps) -> Variant {
+        match self {
+            Marched::Octree(volume) => {
+                Variant::Octree { steps, storage: volume.storage(), continuous: volume.continuous, clipped: volume.clipped }
+            }
+            Marched::Exact(mesh) => Variant::Exact { on_cells: mesh.on_cells },
+        }
+    }
+
+    /// The data's own bindings.
+    fn bindings(self) -> Vec<(u32, wgpu::BindingResource<'a>)> {
+        match self {
+            Marched::Octree(volume) => {
+                let (nodes, bricks) = match &volume.nodes {
+                    Nodes::Buffer(nodes, bricks) => (nodes.as_entire_binding(), bricks.as_entire_binding()),
+                    Nodes::Texture(nodes, bricks) => {
+                        (wgpu::BindingResource::TextureView(nodes), wgpu::BindingResource::TextureView(bricks))
+                    }
+                };
+                let surface = (GpuSurface::FIRST_BINDING..).zip(volume.surface.bindings());
+                [(1, nodes), (7, bricks)].into_iter().chain(surface).collect()
+            }
+            Marched::Exact(mesh) => mesh.bindings(),
+        }
+    }
 }
 
 /// An image made on the GPU.
@@ -43,7 +102,7 @@ struct Variant {
 pub struct GpuFrame {
     /// Linear premultiplied RGBA, row 0 at the top.
     pub image: Image,
-    /// Look-ups that found a full leaf, counted as `cpu::march` does.
+    /// Look-ups that found a full leaf, counted as `cpu::march` does; of an exact march the tets met.
     pub samples: u64,
     /// Seconds on the GPU by its timestamps round the pass; `None` where they cannot be trusted.
     pub gpu_s: Option<f64>,
@@ -55,7 +114,7 @@ impl Marcher {
     /// Makes what all frames share; shaders are compiled when they are first needed.
     pub fn new(context: &Context) -> Result<Self, GpuError> {
         context.scoped(|| Marcher {
-            layouts: [NodeStorage::Buffer, NodeStorage::Texture].map(|storage| layout(&context.device, storage)),
+            layouts: [Data::Buffer, Data::Texture, Data::Exact].map(|data| layout(&context.device, data)),
             pipelines: Mutex::default(),
             psi: init_buffer(&context.device, "psi", bytemuck::cast_slice(psi_table()), wgpu::BufferUsages::STORAGE),
         })
@@ -63,17 +122,17 @@ impl Marcher {
 
     /// Records the march of one frame into `target`, which must have the frame's size. Nothing is read back: the window samples the
     /// target in a later pass. Errors of the submission itself are the caller's to find ([`Context::take_error`]).
-    pub fn encode(
+    pub fn encode<'a>(
         &self,
         context: &Context,
         encoder: &mut wgpu::CommandEncoder,
-        volume: &OctreeVolume,
+        volume: impl Into<Marched<'a>>,
         frame: &RayFrame,
         classifier: &Classifier,
         settings: &RenderSettings,
         target: &Target,
     ) -> Result<(), GpuError> {
-        self.encode_timed(context, encoder, volume, frame, classifier, settings, target, None).map(drop)
+        self.encode_timed(context, encoder, volume.into(), frame, classifier, settings, target, None).map(drop)
     }
 
     /// [`Marcher::encode`] with timestamps round the pass; gives the buffer that will hold the [`Counter`].
@@ -81,7 +140,7 @@ impl Marcher {
         &self,
         context: &Context,
         encoder: &mut wgpu::CommandEncoder,
-        volume: &OctreeVolume,
+        volume: Marched<'_>,
         frame: &RayFrame,
         classifier: &Classifier,
         settings: &RenderSettings,
@@ -97,18 +156,13 @@ impl Marcher {
         let need = u64::from(groups[0].max(groups[1]));
         context.check_limit(what, need, "max_compute_workgroups_per_dimension", u64::from(limit))?;
 
-        let uniforms = Frame::new(frame, volume.root_min, volume.root_edge, volume.depth, settings);
-        let table = classifier.table(volume.root_edge);
-        let (storage, continuous, clipped) = (volume.storage(), volume.continuous, volume.clipped);
-        let variant = Variant { steps: settings.steps, storage, continuous, clipped };
-        let (nodes, bricks) = match &volume.nodes {
-            Nodes::Buffer(nodes, bricks) => (nodes.as_entire_binding(), bricks.as_entire_binding()),
-            Nodes::Texture(nodes, bricks) => (wgpu::BindingResource::TextureView(nodes), wgpu::BindingResource::TextureView(bricks)),
-        };
-        let [surface_nodes, surface_faces, surface_vertices] = volume.surface.bindings();
+        let (cube_min, cube_edge, depth) = volume.cube();
+        let uniforms = Frame::new(frame, cube_min, cube_edge, depth, settings);
+        let table = classifier.table(cube_edge);
+        let variant = volume.variant(settings.steps);
         context.scoped(|| {
             let device = &context.device;
-            let layout = self.layout(storage);
+            let layout = self.layout(variant);
             let pipeline = self.pipeline(device, variant);
             let init = |label, contents, usage| init_buffer(device, label, contents, usage);
             let storage = wgpu::BufferUsages::STORAGE;
@@ -116,20 +170,16 @@ impl Marcher {
             let knots = init("knots", bytemuck::cast_slice(&table.knots), storage);
             let knot_index = init("knot index", bytemuck::cast_slice(&table.index), storage);
             let counter = init("counter", bytemuck::bytes_of(&Counter::default()), storage | wgpu::BufferUsages::COPY_SRC);
-            let resources = [
-                uniforms.as_entire_binding(),
-                nodes,
-                knots.as_entire_binding(),
-                knot_index.as_entire_binding(),
-                self.psi.as_entire_binding(),
-                wgpu::BindingResource::TextureView(target.view()),
-                counter.as_entire_binding(),
-                bricks,
-                surface_nodes,
-                surface_faces,
-                surface_vertices,
+            let shared = [
+                (0, uniforms.as_entire_binding()),
+                (2, knots.as_entire_binding()),
+                (3, knot_index.as_entire_binding()),
+                (4, self.psi.as_entire_binding()),
+                (5, wgpu::BindingResource::TextureView(target.view())),
+                (6, counter.as_entire_binding()),
             ];
-            let entries: Vec<_> = (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+            let bindings = shared.into_iter().chain(volume.bindings());
+            let entries: Vec<_> = bindings.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
             let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("march"), layout, entries: &entries });
             let timestamp_writes = timestamps.map(Timestamps::round_pass);
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("march"), timestamp_writes });
@@ -142,10 +192,10 @@ impl Marcher {
     }
 
     /// Marches one frame and reads it back.
-    pub fn render(
+    pub fn render<'a>(
         &self,
         context: &Context,
-        volume: &OctreeVolume,
+        volume: impl Into<Marched<'a>>,
         frame: &RayFrame,
         classifier: &Classifier,
         settings: &RenderSettings,
@@ -154,7 +204,7 @@ impl Marcher {
         let pixels = target.readback_buffer(context)?;
         let timestamps = Timestamps::new(context)?;
         let mut encoder = context.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let counter = self.encode_timed(context, &mut encoder, volume, frame, classifier, settings, &target, timestamps.as_ref())?;
+        let counter = self.encode_timed(context, &mut encoder, volume.into(), frame, classifier, settings, &target, timestamps.as_ref())?;
         let samples = context.scoped(|| {
             target.copy_to(&mut encoder, &pixels);
             if let Some(timestamps) = &timestamps {
@@ -176,22 +226,34 @@ impl Marcher {
 }
 
 impl Marcher {
-    fn layout(&self, storage: NodeStorage) -> &wgpu::BindGroupLayout {
-        &self.layouts[usize::from(storage == NodeStorage::Texture)]
+    fn layout(&self, variant: Variant) -> &wgpu::BindGroupLayout {
+        &self.layouts[match variant {
+            Variant::Octree { storage: NodeStorage::Buffer, .. } => Data::Buffer,
+            Variant::Octree { storage: NodeStorage::Texture, .. } => Data::Texture,
+            Variant::Exact { .. } => Data::Exact,
+        } as usize]
     }
 
     fn pipeline(&self, device: &wgpu::Device, variant: Variant) -> wgpu::ComputePipeline {
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        pipelines.entry(variant).or_insert_with(|| pipeline(device, self.layout(variant.storage), variant)).clone()
+        pipelines.entry(variant).or_insert_with(|| pipeline(device, self.layout(variant), variant)).clone()
     }
 }
 
-fn layout(device: &wgpu::Device, storage: NodeStorage) -> wgpu::BindGroupLayout {
+/// In what form data are bound.
+#[derive(Clone, Copy, PartialEq)]
+enum Data {
+    Buffer,
+    Texture,
+    Exact,
+}
+
+fn layout(device: &wgpu::Device, data: Data) -> wgpu::BindGroupLayout {
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let read = buffer(wgpu::BufferBindingType::Storage { read_only: true });
-    let nodes = match storage {
-        NodeStorage::Buffer => read,
-        NodeStorage::Texture => wgpu::BindingType::Texture {
+    let nodes = match data {
+        Data::Buffer | Data::Exact => read,
+        Data::Texture => wgpu::BindingType::Texture {
             sample_type: wgpu::TextureSampleType::Uint,
             view_dimension: wgpu::TextureViewDimension::D3,
             multisampled: false,
@@ -202,48 +264,47 @@ fn layout(device: &wgpu::Device, storage: NodeStorage) -> wgpu::BindGroupLayout 
         format: wgpu::TextureFormat::Rgba32Float,
         view_dimension: wgpu::TextureViewDimension::D2,
     };
-    // In the order of their numbers: frame, nodes, knots, knot_index, psi_table, image, counter, bricks, surface_nodes, surface_faces,
-    // surface_vertices.
-    let types = [
-        buffer(wgpu::BufferBindingType::Uniform),
-        nodes,
-        read,
-        read,
-        read,
-        image,
-        buffer(wgpu::BufferBindingType::Storage { read_only: false }),
-        nodes,
-        read,
-        read,
-        read,
-    ];
+    let counter = buffer(wgpu::BufferBindingType::Storage { read_only: false });
+    // frame, knots, knot_index, psi_table, image, counter, surface_nodes, surface_faces, surface_vertices.
+    let frame = buffer(wgpu::BufferBindingType::Uniform);
+    let mut types = vec![(0, frame), (2, read), (3, read), (4, read), (5, image), (6, counter), (8, read), (9, read), (10, read)];
+    types.extend(match data {
+        // nodes, bricks.
+        Data::Buffer | Data::Texture => vec![(1, nodes), (7, nodes)],
+        // neighbours, tet_points, vertices, cell_values.
+        Data::Exact => vec![(11, read), (12, read), (13, read), (14, read)],
+    });
     let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None };
-    let entries: Vec<_> = (0..).zip(types).map(entry).collect();
+    let entries: Vec<_> = types.into_iter().map(entry).collect();
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("march"), entries: &entries })
 }
 
 fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, variant: Variant) -> wgpu::ComputePipeline {
-    let stage = match variant.steps {
-        Steps::Leaf => "march_leaf.wgsl",
-        Steps::Paper => "march_paper.wgsl",
+    let flag = |set: bool| f64::from(u8::from(set));
+    let mut constants = vec![("tile", f64::from(TILE))];
+    let (stage, storage) = match variant {
+        Variant::Octree { steps, storage, continuous, clipped } => {
+            constants.extend([("continuous", flag(continuous)), ("clipped", flag(clipped))]);
+            (if steps == Steps::Leaf { "march_leaf.wgsl" } else { "march_paper.wgsl" }, storage)
+        }
+        Variant::Exact { on_cells } => {
+            constants.push(("on_cells", flag(on_cells)));
+            ("march_exact.wgsl", NodeStorage::Buffer)
+        }
     };
-    let source = wgpu::ShaderSource::Wgsl(shader::source(stage, variant.storage).into());
+    let source = wgpu::ShaderSource::Wgsl(shader::source(stage, storage).into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(stage), source });
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(stage),
         bind_group_layouts: &[Some(layout)],
         immediate_size: 0,
     });
-    let flag = |set: bool| f64::from(u8::from(set));
     device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(stage),
         layout: Some(&layout),
         module: &module,
         entry_point: Some("main"),
-        compilation_options: wgpu::PipelineCompilationOptions {
-            constants: &[("tile", f64::from(TILE)), ("continuous", flag(variant.continuous)), ("clipped", flag(variant.clipped))],
-            zero_initialize_workgroup_memory: true,
-        },
+        compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, zero_initialize_workgroup_memory: true },
         cache: None,
     })
 }

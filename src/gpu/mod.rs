@@ -1,9 +1,10 @@
-//! The GPU: device, shaders, their data, and the march over the octree texture.
+//! The GPU: device, shaders, their data, the march over the octree texture and that through the mesh itself.
 //!
-//! Immutable renderer ([`Marcher`]), separate data ([`OctreeVolume`]), separate view (frame, classifier, settings): the window and the
+//! Immutable renderer ([`Marcher`]), separate data ([`OctreeVolume`], [`ExactMesh`]), separate view (frame, classifier, settings): the window and the
 //! command call the same functions. Device errors come back as [`GpuError`].
 
 mod context;
+mod exact_mesh;
 mod in_flight;
 pub mod layout;
 mod march;
@@ -14,8 +15,9 @@ mod timing;
 mod volume;
 
 pub use context::{Context, GpuError, device_descriptor};
+pub use exact_mesh::ExactMesh;
 pub use in_flight::{FrameTime, InFlight};
-pub use march::{GpuFrame, Marcher};
+pub use march::{GpuFrame, Marched, Marcher};
 pub use surface::GpuSurface;
 pub use target::Target;
 pub use timing::FrameTimes;

@@ -14,12 +14,14 @@ macro_rules! embedded {
 }
 
 embedded![
+    "march_exact.wgsl",
     "march_leaf.wgsl",
     "march_paper.wgsl",
     "shared/classify.wgsl",
     "shared/corners.wgsl",
     "shared/descent.wgsl",
     "shared/frame.wgsl",
+    "shared/interval.wgsl",
     "shared/light.wgsl",
     "shared/nodes_buffer.wgsl",
     "shared/nodes_texture.wgsl",
@@ -84,7 +86,8 @@ mod tests {
     #[test]
     fn imports_are_appended_once() {
         let text = source("march_leaf.wgsl", NodeStorage::Buffer);
-        assert!(text.starts_with(FILES[0].1), "the stage comes first and keeps its line numbers");
+        let stage = FILES.iter().find(|(name, _)| *name == "march_leaf.wgsl").expect("a stage").1;
+        assert!(text.starts_with(stage), "the stage comes first and keeps its line numbers");
         for definition in ["fn pixel_ray(", "fn segment(", "fn node(", "fn find("] {
             assert_eq!(text.matches(definition).count(), 1, "{definition}");
         }

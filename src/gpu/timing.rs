@@ -1,9 +1,8 @@
 //! Times of frames, by the GPU's timestamps and by the clock.
 
 use super::context::{Context, GpuError};
-use super::march::Marcher;
+use super::march::{Marched, Marcher};
 use super::target::Target;
-use super::volume::OctreeVolume;
 use crate::optics::Classifier;
 use crate::view::{RayFrame, RenderSettings};
 use std::time::Instant;
@@ -82,10 +81,10 @@ fn seconds(bytes: &[u8], period: f32) -> f64 {
 impl Marcher {
     /// Times the march of each frame `repeats` times, after rounds over all frames for at least `warmup_s` seconds, in which an idle
     /// GPU raises its clocks. All frames have one size.
-    pub fn time(
+    pub fn time<'a>(
         &self,
         context: &Context,
-        volume: &OctreeVolume,
+        volume: impl Into<Marched<'a>>,
         frames: &[RayFrame],
         classifier: &Classifier,
         settings: &RenderSettings,
@@ -94,6 +93,7 @@ impl Marcher {
     ) -> Result<FrameTimes, GpuError> {
         let mut times = FrameTimes { gpu_s: context.timestamps.then(Vec::new), wall_s: Vec::new() };
         let Some(first) = frames.first() else { return Ok(times) };
+        let volume = volume.into();
         let target = Target::new(context, first.width, first.height)?;
         let timestamps = Timestamps::new(context)?;
         let once = |frame: &RayFrame| -> Result<(f64, Option<f64>), GpuError> {

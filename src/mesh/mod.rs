@@ -2,12 +2,14 @@
 
 pub mod adjacency;
 pub mod boundary;
+mod compact;
 mod field;
 pub mod generate;
 mod layered;
 mod tet_mesh;
 
 pub use boundary::BoundarySurface;
+pub use compact::CompactMesh;
 pub use field::{Association, Component, FieldError, FieldSelection, ScalarField};
 pub use layered::{ArrayLayout, LayeredMesh, Precision, collect};
 pub use tet_mesh::{DataArray, MeshError, MeshParts, TetMesh, Values};

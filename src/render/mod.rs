@@ -3,9 +3,9 @@
 
 use crate::cpu;
 use crate::exact::ExactScene;
-use crate::gpu::{self, FrameTimes, GpuError, InFlight, OctreeVolume, Target};
+use crate::gpu::{self, ExactMesh, FrameTimes, GpuError, InFlight, Marched, OctreeVolume, Target};
 use crate::image::Image;
-use crate::mesh::{BoundarySurface, ScalarField, TetMesh};
+use crate::mesh::{BoundarySurface, CompactMesh, ScalarField, TetMesh};
 use crate::octree::OctreeTexture;
 use crate::optics::Classifier;
 use crate::progress::{Cancelled, Progress};
@@ -58,11 +58,13 @@ pub struct Scene {
     /// Length of the diagonal of the mesh's bounds, world units.
     pub diagonal: f64,
     data: Data,
+    fell_back: Option<GpuError>,
 }
 
 enum Data {
     Octree { texture: OctreeTexture, surface: Option<Arc<BoundarySurface>>, volume: Option<OctreeVolume> },
     Exact(ExactScene),
+    ExactOnDevice { mesh: ExactMesh, value_range: [f64; 2] },
 }
 
 /// A picture and what it took.
@@ -70,7 +72,7 @@ enum Data {
 pub struct Picture {
     /// The image.
     pub image: Image,
-    /// Leaves or samples that rays looked up; `None` for the exact renderer.
+    /// Leaves or samples that rays looked up, or tets that they met; `None` for the exact renderer on the CPU.
     pub samples: Option<u64>,
     /// Seconds from the first ray to the last, on the GPU with the copy for the readback.
     pub wall_s: f64,
@@ -128,51 +130,68 @@ impl Renderer {
         Ok((Scene::of(mesh, Data::Octree { texture, surface, volume }), upload_s))
     }
 
-    /// A scene of the mesh itself.
+    /// A scene of the mesh itself: in f32 on the device if there is one, else in f64. A mesh that the device has no room for is drawn on
+    /// the CPU, see [`Scene::fell_back`].
     pub fn exact_scene(&self, mesh: &TetMesh, field: &ScalarField, progress: &Progress) -> Result<Scene, RenderError> {
-        Ok(Scene::of(mesh, Data::Exact(ExactScene::new(mesh, field, progress)?)))
+        let mut fell_back = None;
+        if let Some(gpu) = &self.gpu {
+            match ExactMesh::upload(&gpu.context, &CompactMesh::new(mesh, field, progress)?) {
+                Ok(on_device) => return Ok(Scene::of(mesh, Data::ExactOnDevice { mesh: on_device, value_range: field.range })),
+                Err(reason @ (GpuError::TooLarge { .. } | GpuError::OutOfMemory)) => fell_back = Some(reason),
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(Scene { fell_back, ..Scene::of(mesh, Data::Exact(ExactScene::new(mesh, field, progress)?)) })
     }
 
     /// Makes the picture of a scene. The view's transfer function and camera must be valid.
     pub fn render(&self, scene: &Scene, view: &View, progress: &Progress) -> Result<Picture, RenderError> {
         let frame = scene.frame(view);
-        match &scene.data {
-            Data::Exact(exact) => {
-                let start = Instant::now();
-                let image = exact.render(&frame, &view.transfer_function, view.settings.min_transmittance, progress)?;
-                Ok(Picture { image, samples: None, wall_s: start.elapsed().as_secs_f64(), gpu_s: None })
-            }
-            Data::Octree { texture, surface, volume } => {
+        if let Some((gpu, marched, value_range)) = self.on_device(scene) {
+            let classifier = Classifier::new(&view.transfer_function, value_range, scene.diagonal);
+            let done = gpu.marcher.render(&gpu.context, marched, &frame, &classifier, &view.settings)?;
+            return Ok(Picture { image: done.image, samples: Some(done.samples), wall_s: done.wall_s, gpu_s: done.gpu_s });
+        }
+        let start = Instant::now();
+        let (image, samples) = match &scene.data {
+            Data::Octree { texture, surface, .. } => {
                 let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
-                if let (Some(gpu), Some(volume)) = (&self.gpu, volume) {
-                    let done = gpu.marcher.render(&gpu.context, volume, &frame, &classifier, &view.settings)?;
-                    return Ok(Picture { image: done.image, samples: Some(done.samples), wall_s: done.wall_s, gpu_s: done.gpu_s });
-                }
-                let start = Instant::now();
                 let done = cpu::march(texture, surface.as_deref(), &frame, &classifier, &view.settings, progress)?;
-                Ok(Picture { image: done.image, samples: Some(done.samples), wall_s: start.elapsed().as_secs_f64(), gpu_s: None })
+                (done.image, Some(done.samples))
             }
+            Data::Exact(exact) => (exact.render(&frame, &view.transfer_function, view.settings.min_transmittance, progress)?, None),
+            Data::ExactOnDevice { .. } => return Err(GpuError::Device("the scene is of another renderer's device".into()).into()),
+        };
+        Ok(Picture { image, samples, wall_s: start.elapsed().as_secs_f64(), gpu_s: None })
+    }
+
+    /// What of a scene lies on this renderer's device, and the values that its 0 and 1 stand for.
+    fn on_device<'a>(&'a self, scene: &'a Scene) -> Option<(&'a Gpu, Marched<'a>, [f64; 2])> {
+        let gpu = self.gpu.as_ref()?;
+        match &scene.data {
+            Data::Octree { texture, volume, .. } => Some((gpu, volume.as_ref()?.into(), texture.value_range())),
+            Data::ExactOnDevice { mesh, value_range } => Some((gpu, mesh.into(), *value_range)),
+            Data::Exact(_) => None,
         }
     }
 
     /// Starts the march of the view's rows from `first_row` on, as many as `target` has, and waits for nothing. The target must have the
-    /// view's width. `None` if the scene is not an octree on the device: [`Renderer::render`] draws it.
+    /// view's width. `None` if the scene is not on the device: [`Renderer::render`] draws it.
     pub fn march(&self, scene: &Scene, view: &View, first_row: u32, target: &Target) -> Result<Option<InFlight>, RenderError> {
-        let Data::Octree { texture, volume: Some(volume), .. } = &scene.data else { return Ok(None) };
-        let Some(gpu) = &self.gpu else { return Ok(None) };
-        let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
+        let Some((gpu, marched, value_range)) = self.on_device(scene) else { return Ok(None) };
+        let classifier = Classifier::new(&view.transfer_function, value_range, scene.diagonal);
         let rows = scene.frame(view).rows(first_row, target.size()[1]);
-        Ok(Some(gpu.marcher.start(&gpu.context, volume, &rows, &classifier, &view.settings, target)?))
+        Ok(Some(gpu.marcher.start(&gpu.context, marched, &rows, &classifier, &view.settings, target)?))
     }
 
     /// Times each view `repeats` times after warming up, nothing read back. All views have the first one's size, transfer
     /// function and settings.
     pub fn time(&self, scene: &Scene, views: &[View], repeats: u32, progress: &Progress) -> Result<FrameTimes, RenderError> {
         let Some(first) = views.first() else { return Ok(FrameTimes { gpu_s: None, wall_s: vec![] }) };
-        if let (Some(gpu), Data::Octree { texture, volume: Some(volume), .. }) = (&self.gpu, &scene.data) {
-            let classifier = Classifier::new(&first.transfer_function, texture.value_range(), scene.diagonal);
+        if let Some((gpu, marched, value_range)) = self.on_device(scene) {
+            let classifier = Classifier::new(&first.transfer_function, value_range, scene.diagonal);
             let frames: Vec<RayFrame> = views.iter().map(|view| scene.frame(view)).collect();
-            return Ok(gpu.marcher.time(&gpu.context, volume, &frames, &classifier, &first.settings, WARMUP_S, repeats)?);
+            return Ok(gpu.marcher.time(&gpu.context, marched, &frames, &classifier, &first.settings, WARMUP_S, repeats)?);
         }
         let mut wall_s = Vec::new();
         for view in views {
@@ -186,14 +205,37 @@ impl Renderer {
 
 impl Scene {
     fn of(mesh: &TetMesh, data: Data) -> Self {
-        Scene { center: mesh.center(), diagonal: mesh.bounds().diagonal(), data }
+        Scene { center: mesh.center(), diagonal: mesh.bounds().diagonal(), data, fell_back: None }
     }
 
     /// Which renderer the scene is for.
     pub fn kind(&self) -> RendererKind {
         match self.data {
             Data::Octree { .. } => RendererKind::Octree,
-            Data::Exact(_) => RendererKind::Exact,
+            Data::Exact(_) | Data::ExactOnDevice { .. } => RendererKind::Exact,
+        }
+    }
+
+    /// Why the CPU draws this scene though its renderer has a device: the device has no room for it.
+    pub fn fell_back(&self) -> Option<&GpuError> {
+        self.fell_back.as_ref()
+    }
+
+    /// Whether the scene lies on a device, which then draws it.
+    pub fn is_on_device(&self) -> bool {
+        match &self.data {
+            Data::Octree { volume, .. } => volume.is_some(),
+            Data::Exact(_) => false,
+            Data::ExactOnDevice { .. } => true,
+        }
+    }
+
+    /// Bytes that the exact renderer's data take, on the device or the host; `None` for an octree.
+    pub fn exact_bytes(&self) -> Option<u64> {
+        match &self.data {
+            Data::Octree { .. } => None,
+            Data::Exact(exact) => Some(exact.bytes() as u64),
+            Data::ExactOnDevice { mesh, .. } => Some(mesh.bytes()),
         }
     }
 
@@ -201,7 +243,7 @@ impl Scene {
     pub fn volume(&self) -> Option<&OctreeVolume> {
         match &self.data {
             Data::Octree { volume, .. } => volume.as_ref(),
-            Data::Exact(_) => None,
+            Data::Exact(_) | Data::ExactOnDevice { .. } => None,
         }
     }
 
