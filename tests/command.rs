@@ -64,6 +64,10 @@ fn render_draws_the_bundled_mesh_and_says_what_it_measured() {
     assert!(number("octree", "nodes") > number("octree", "leaves") && number("octree", "bytes") > 0.0);
     assert!(["load", "regularize", "upload", "frame"].iter().all(|key| number("time", key) > 0.0));
     assert!(number("samples", "taken") > 1000.0);
+    let (rmse, max) = (number("error", "rmse_rel"), number("error", "max_rel"));
+    assert!(0.0 < rmse && rmse < number("error", "p99_rel") && number("error", "p99_rel") < max && max < 1.0, "{rmse}, {max}");
+    assert!((number("error", "psnr_db") + 20.0 * rmse.log10()).abs() < 1e-9 && number("error", "uncovered") < 0.2);
+    assert!(stats["error"]["by_tet"]["rmse_rel"].as_f64().is_some_and(|by_tet| by_tet > 0.0));
     assert_eq!(stats["params"]["max_depth"], 9);
 }
 
@@ -87,6 +91,7 @@ fn regularize_writes_a_texture_that_others_can_read() {
     let folder = folder();
     let said = done(folder.path(), &["regularize", "--texture", "t.npy", "--max-depth", "6"]);
     assert!(said.contains("nodes") && said.contains("texels"), "{said}");
+    assert!(said.contains("error    rmse ") && said.contains(" dB"), "{said}");
     let about = json(&folder.path().join("t.json"));
     let npy = npyz::NpyFile::new(std::fs::File::open(folder.path().join("t.npy")).expect("a file")).expect("NPY");
     assert_eq!((npy.shape().len(), npy.shape()[3]), (4, 4));

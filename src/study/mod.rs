@@ -1,7 +1,9 @@
-//! What runs the rest many times and reports: builds and frames measured.
+//! What runs the rest many times and reports: the error of an octree, builds and frames measured.
 
 mod builds;
+mod error;
 mod frames;
 
 pub use builds::{Build, BuildError, PaperTable, thresholds_for};
+pub use error::{ErrorFigures, ErrorSampling, FieldError};
 pub use frames::{Frames, orbit_frames};
