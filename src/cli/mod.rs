@@ -8,6 +8,7 @@ mod long_work;
 mod regularize;
 mod render;
 mod report;
+mod tune;
 mod view;
 
 use clap::{Parser, Subcommand};
@@ -42,7 +43,8 @@ enum Command {
     Info(info::InfoCommand),
     /// Build the octree and write its texture for other programs
     Regularize(regularize::RegularizeCommand),
-
+    /// Find the thresholds to take: sweep them, measure error, size and time, recommend
+    Tune(tune::TuneCommand),
     /// Measure build and frame times, with the paper's figures beside
     Bench(bench::BenchCommand),
     /// Make a mesh that carries a known field
@@ -57,6 +59,7 @@ impl Cli {
             Some(Command::View(command)) => command.run(),
             Some(Command::Info(command)) => command.run(),
             Some(Command::Regularize(command)) => command.run(),
+            Some(Command::Tune(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
             Some(Command::Generate(command)) => command.run(),
             None => self.view.run(),
