@@ -102,6 +102,41 @@ fn regularize_writes_a_texture_that_others_can_read() {
 }
 
 #[test]
+fn tune_measures_recommends_and_goes_on_where_it_stopped() {
+    let folder = folder();
+    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/ball.vtu");
+    let swept = ["--depths", "3,4", "--tolerances", "0.05,0.01", "--size", "48", "--device", "cpu", "--json", "t.json"];
+    let tune = |more: &[&str]| done(folder.path(), &[&["tune", mesh, "--quick"], &swept[..], more].concat());
+    let said = tune(&["--chart", "t.svg"]);
+    assert!(said.contains("PSNR dB") && said.contains("octetra render"), "{said}");
+    let record = json(&folder.path().join("t.json"));
+    let rows = record["rows"].as_array().expect("rows").clone();
+    assert!(rows.len() >= 2 && rows.iter().all(|row| row["psnr_db"].as_f64().is_some_and(|db| db > 10.0)), "{record:#}");
+    assert!(record["front"].as_array().is_some_and(|front| !front.is_empty()) && record["subject"]["machine"]["threads"].is_number());
+    assert!(std::fs::read_to_string(folder.path().join("t.svg")).expect("a file").starts_with("<svg"));
+
+    // The line to paste gives the octree that was measured.
+    let line = said.lines().rev().find_map(|line| line.split_once("octetra render ")).expect("a recommendation").1;
+    let args: Vec<&str> = ["render"].into_iter().chain(line.split(' ')).chain(["--size", "8", "--stats", "s.json"]).collect();
+    done(folder.path(), &args);
+    let bytes = &json(&folder.path().join("s.json"))["octree"]["bytes"];
+    let picked = record["recommended"].as_array().and_then(|picks| picks.last()).and_then(|pick| pick["row"].as_u64()).expect("a row");
+    assert_eq!(&rows[picked as usize]["bytes"], bytes, "{line}");
+
+    // The same again measures nothing, other settings are added, another mesh is refused.
+    let said = tune(&["--chart", "t.png", "--all", "--target-psnr", "98"]);
+    assert!(said.contains("No setting measured reaches 98 dB"), "{said}");
+    assert_eq!(json(&folder.path().join("t.json"))["rows"], record["rows"]);
+    assert_eq!(image::open(folder.path().join("t.png")).expect("a PNG").width(), 1200);
+    tune(&["--variances", "0.01"]);
+    let more = json(&folder.path().join("t.json"))["rows"].as_array().expect("rows").clone();
+    assert!(more.len() > rows.len() && more[..rows.len()] == rows[..]);
+    let other = octetra(folder.path(), &[&["tune", "--quick"], &swept[..]].concat());
+    let error = String::from_utf8_lossy(&other.stderr).into_owned();
+    assert!(other.status.code() == Some(1) && error.contains("t.json: holds measurements of another mesh"), "{error}");
+}
+
+#[test]
 fn generated_meshes_are_read_back() {
     let folder = folder();
     done(folder.path(), &["generate", "ball", "--tets", "5000", "-o", "ball.vtu"]);
@@ -150,6 +185,8 @@ fn wrong_usage_has_its_own_status() {
         &["render", "--mode", "mip"],
         &["render", "--boundary", "mesh"],
         &["render", "a.vtu", "b.vtu"],
+        &["tune", "--chart", "a.jpg"],
+        &["tune", "--budget", "much"],
     ] {
         assert_eq!(octetra(folder.path(), args).status.code(), Some(2), "{args:?}");
     }

@@ -8,7 +8,7 @@ use crate::mesh::Component;
 use crate::octree::{OctreeParams, Preset};
 use crate::progress::Progress;
 use crate::render::Renderer;
-use crate::study::tune::{Clock, Effort, Goal, Pick, Plan, Record, Row, Subject, Sweep, front, recommend};
+use crate::study::tune::{Clock, Effort, Goal, Pick, Plan, Record, Row, Sweep, front, recommend};
 use crate::study::{Chart, ErrorSampling};
 use crate::view::{Camera, RenderSettings, View};
 use anyhow::{Context, Result, bail, ensure};
@@ -48,7 +48,7 @@ pub struct TuneCommand {
     /// Variances W to sweep, by V and W instead of a tolerance [default: some at the default depth; none with --tolerances or --depths]
     #[arg(long, value_name = "W,W,..", value_delimiter = ',', value_parser = parse_positive, help_heading = "Settings to sweep")]
     variances: Vec<f64>,
-    /// Fewer settings, one view, one build of each
+    /// Fewer settings, one view, one build of each, fewer points
     #[arg(long, help_heading = "Settings to sweep")]
     quick: bool,
     /// Views of the standard orbit to draw, 0 to 11 [default: 0,3,7; with --quick 0]
@@ -92,19 +92,15 @@ impl TuneCommand {
             settings: RenderSettings::new(self.size[0], self.size[1]),
         };
         let views: Vec<View> = self.views().iter().map(view).collect();
-        let effort = self.effort();
-        let subject = Subject::new(&mesh, &field, &views, &effort, &renderer);
+        let sweep = Sweep { mesh: &mesh, field: &field, renderer: &renderer, views: &views, effort: self.effort() };
         let mut record = match &self.json {
-            Some(path) => Record::open(path, subject)?,
-            None => Record::new(subject),
+            Some(path) => Record::open(path, sweep.subject())?,
+            None => Record::new(sweep.subject()),
         };
         let settings = self.plan().settings();
-        let unmeasured = || settings.iter().filter(|params| record.rows.iter().all(|row| row.params != **params)).count();
-        ensure!(unmeasured() > 0 || !record.rows.is_empty(), "no settings to sweep");
 
         let mut stopped = false;
         with_bar(|progress: &Progress| -> Result<()> {
-            let sweep = Sweep::new(&mesh, &field, &renderer, views, effort, progress)?;
             let swept = sweep.run(&settings, &mut record, progress, |record| self.write_record(record));
             // What was measured until Ctrl-C is worth a table.
             stopped = progress.check().is_err() && !record.rows.is_empty();
@@ -153,8 +149,9 @@ impl TuneCommand {
     }
 
     fn effort(&self) -> Effort {
-        let (builds, frames) = if self.quick { (1, 3) } else { (3, 5) };
-        Effort { builds, frames, error: ErrorSampling::default(), memory_bytes: self.mesh.budget_bytes() }
+        let (builds, frames, points) = if self.quick { (1, 3, 1 << 17) } else { (3, 5, ErrorSampling::default().points) };
+        let error = ErrorSampling { points, ..Default::default() };
+        Effort { builds, frames, error, memory_bytes: self.mesh.budget_bytes() }
     }
 
     fn write_record(&self, record: &Record) -> Result<()> {

@@ -3,6 +3,7 @@
 use super::tune::{Clock, Kind, Pick, Row, picture_front};
 use crate::image::Image;
 use plotters::coord::Shift;
+use plotters::coord::combinators::BindKeyPoints;
 use plotters::prelude::*;
 use plotters::style::register_font;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -74,7 +75,7 @@ impl Chart<'_> {
         let root = backend.into_drawing_area();
         root.fill(&WHITE).map_err(failed)?;
         let pen = Pen { font, scale };
-        let body = root.titled(self.title, pen.text(20, INK)).map_err(failed)?;
+        let body = root.margin(8 * scale, 0, 0, 0).titled(self.title, pen.text(20, INK)).map_err(failed)?;
         let (left, right) = body.split_horizontally((SIZE.0 * 3 / 5) * scale);
         let right = right.split_evenly((2, 1));
         let clock = if self.rows.iter().all(|row| row.frame_by == Clock::Gpu) { "GPU" } else { "clock" };
@@ -100,18 +101,17 @@ impl Chart<'_> {
             .margin_right(18 * pen.scale)
             .x_label_area_size(46 * pen.scale)
             .y_label_area_size(54 * pen.scale)
-            .build_cartesian_2d(costs.log_scale(), decibels)?;
+            .build_cartesian_2d(costs.clone().log_scale().with_key_points(ticks(costs, if main { 9 } else { 6 })), decibels)?;
         chart
             .configure_mesh()
             .light_line_style(WHITE)
             .bold_line_style(pen.line(FAINT))
             .axis_style(pen.line(INK))
-            .x_labels(if main { 14 } else { 7 })
-            .y_labels(if main { 12 } else { 6 })
+            .y_labels(if main { 10 } else { 6 })
             .label_style(pen.text(15, INK))
             .axis_desc_style(pen.text(16, INK))
             .x_label_formatter(&|v| two_digits(*v))
-            .y_label_formatter(&|v| format!("{v:.0}"))
+            .y_label_formatter(&|v| format!("{:.1}", v).trim_end_matches(".0").to_owned())
             .x_desc(name)
             .y_desc("PSNR of the worst view, dB")
             .draw()?;
@@ -130,10 +130,12 @@ impl Chart<'_> {
         for pick in self.picks {
             let place = at(&self.rows[pick.row]);
             chart.draw_series([Circle::new(place, 9 * pen.scale, pen.line(INK).stroke_width(2 * pen.scale))])?;
-            // What is better and cheaper lies up and to the left of the front: there is nothing, so that names are legible.
-            let style = pen.text(if main { 17 } else { 14 }, INK).pos(Pos::new(HPos::Right, VPos::Bottom));
-            let away = -8 * pen.scale as i32;
-            chart.draw_series([EmptyElement::at(place) + Text::new(pick.name, (away, away), style)])?;
+            if main {
+                // Up and to the left of the front, where settings would be better and smaller, there are none: names are legible.
+                let style = pen.text(17, INK).pos(Pos::new(HPos::Right, VPos::Bottom));
+                let away = -8 * pen.scale as i32;
+                chart.draw_series([EmptyElement::at(place) + Text::new(pick.name, (away, away), style)])?;
+            }
         }
         if main {
             chart
@@ -176,6 +178,17 @@ impl Pen {
     fn line(self, color: RGBColor) -> ShapeStyle {
         color.stroke_width(self.scale)
     }
+}
+
+/// Marks on a logarithmic axis: the finest of 1 to 9, 1 2 5 and 1 in each decade that gives at most so many;
+fn ticks(range: std::ops::Range<f64>, most: usize) -> Vec<f64> {
+    let decades = range.start.log10().floor() as i32..=range.end.log10().ceil() as i32;
+    let of = |digits: &[u32]| -> Vec<f64> {
+        let all = decades.clone().flat_map(|e| digits.iter().map(move |&d| f64::from(d) * 10f64.powi(e)));
+        all.filter(|v| range.contains(v)).collect()
+    };
+    let choices = [&[1, 2, 3, 4, 5, 6, 7, 8, 9][..], &[1, 2, 5], &[1]].map(of);
+    choices.iter().find(|ticks| ticks.len() <= most).unwrap_or(&choices[2]).clone()
 }
 
 /// The mean of each square of samples.
@@ -255,7 +268,14 @@ mod tests {
     }
 
     #[test]
-    fn ticks_are_short() {
+    fn ticks_are_few_and_short() {
+        let about = |range, expected: &[f64]| {
+            let found = ticks(range, 6);
+            assert!(found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a / b - 1.0).abs() < 1e-12), "{found:?}");
+        };
+        about(0.15..4.5, &[0.2, 0.5, 1.0, 2.0]);
+        about(30.0..75.0, &[30.0, 40.0, 50.0, 60.0, 70.0]);
+        about(0.02..3000.0, &[0.1, 1.0, 10.0, 100.0, 1000.0]);
         assert_eq!([0.05, 0.30000000000000004, 1.0, 20.0, 1536.0].map(two_digits), ["0.05", "0.3", "1", "20", "1536"]);
     }
 }

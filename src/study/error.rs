@@ -78,9 +78,12 @@ impl FieldError {
         progress.begin("measuring", 2 * sampling.points as u64);
         let tets: Vec<u32> = (0..mesh.tets().len() as u32).into_par_iter().filter(|&t| field.is_usable(mesh, t as usize)).collect();
         let probe = Probe { mesh, field, texture, sampling, progress };
-        let by_volume = probe.figures(&Stratified::new(&tets, &volumes(mesh, &tets)))?;
-        let by_tet = probe.figures(&Stratified::new(&tets, &vec![1.0; tets.len()]))?;
-        Ok(FieldError { sampling: *sampling, by_volume, by_tet })
+        let volumes = volumes(mesh, &tets);
+        let (by_volume, by_tet) = rayon::join(
+            || probe.figures(&Stratified::new(&tets, volumes.into_iter())),
+            || probe.figures(&Stratified::new(&tets, tets.iter().map(|_| 1.0))),
+        );
+        Ok(FieldError { sampling: *sampling, by_volume: by_volume?, by_tet: by_tet? })
     }
 }
 
@@ -103,12 +106,12 @@ struct Stratified<'a> {
 }
 
 impl<'a> Stratified<'a> {
-    fn new(tets: &'a [u32], weights: &[f64]) -> Self {
-        let sum = |sum: &mut f64, weight: &f64| {
+    fn new(tets: &'a [u32], weights: impl Iterator<Item = f64>) -> Self {
+        let sum = |sum: &mut f64, weight: f64| {
             *sum += weight;
             Some(*sum)
         };
-        Stratified { tets, cumulative: weights.iter().scan(0.0, sum).collect() }
+        Stratified { tets, cumulative: weights.scan(0.0, sum).collect() }
     }
 
     fn total(&self) -> f64 {

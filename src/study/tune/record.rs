@@ -72,8 +72,7 @@ pub enum RecordError {
 }
 
 impl Subject {
-    /// The subject of a sweep.
-    pub fn new(mesh: &TetMesh, field: &ScalarField, views: &[View], effort: &Effort, renderer: &Renderer) -> Self {
+    pub(super) fn new(mesh: &TetMesh, field: &ScalarField, views: &[View], effort: &Effort, renderer: &Renderer) -> Self {
         let views: Vec<Value> = views
             .iter()
             .map(|view| {
@@ -235,13 +234,14 @@ mod tests {
         let (mesh, field) = ball(2000);
         let renderer = Renderer::new(DeviceChoice::Cpu).expect("the CPU");
         let progress = Progress::new();
+        let views = views(&mesh, 24);
         let sweep = |memory_bytes| {
             let effort = Effort { memory_bytes, ..EFFORT };
-            Sweep::new(&mesh, &field, &renderer, views(&mesh, 24), effort, &progress).expect("draws")
+            Sweep { mesh: &mesh, field: &field, renderer: &renderer, views: &views, effort }
         };
         let plan = Plan { tolerances: vec![], depths: vec![], variances: vec![1e-2, 1e-4], variance_depths: vec![3, 4] };
         let settings = plan.settings();
-        let mut record = Record::new(Subject::new(&mesh, &field, &views(&mesh, 24), &EFFORT, &renderer));
+        let mut record = Record::new(sweep(1 << 30).subject());
         // Stopped after three rows.
         let mut each = |record: &Record| if record.rows.len() < 3 { Ok(()) } else { Err(TuneError::from(crate::progress::Cancelled)) };
         sweep(1 << 30).run(&settings, &mut record, &progress, &mut each).expect_err("stopped");
@@ -258,7 +258,22 @@ mod tests {
         assert!(record.rows.iter().all(|r| r.psnr_db > 15.0 && r.rmse_rel > 0.0 && r.rmse_rel < r.max_rel && r.build_s > 0.0));
 
         let mut small = Record::new(record.subject.clone());
-        sweep(1).run(&settings, &mut small, &progress, |_| Ok::<(), TuneError>(())).expect("nothing fits, which is no error");
+        let nothing = TransferFunction { opacity: vec![[0.0, 0.0]], ..TransferFunction::standard() };
+        let unseen = [View { transfer_function: nothing, ..views[0].clone() }];
+        let found = Sweep { views: &unseen, ..sweep(1 << 30) }.run(&settings, &mut small, &progress, |_| Ok::<(), TuneError>(()));
+        assert_eq!(found, Err(TuneError::Unseen { view: 0 }));
+        assert!(small.dropped.is_empty() && small.rows.is_empty());
+    }
+
+    #[test]
+    fn what_does_not_fit_is_dropped_and_so_is_what_is_finer() {
+        let ((mesh, field), renderer) = (ball(2000), Renderer::new(DeviceChoice::Cpu).expect("the CPU"));
+        let effort = Effort { memory_bytes: 1, ..EFFORT };
+        let sweep = Sweep { mesh: &mesh, field: &field, renderer: &renderer, views: &views(&mesh, 24), effort };
+        let plan = Plan { tolerances: vec![], depths: vec![], variances: vec![1e-2, 1e-4], variance_depths: vec![3, 4] };
+        let settings = plan.settings();
+        let mut small = Record::new(sweep.subject());
+        sweep.run(&settings, &mut small, &Progress::new(), |_| Ok::<(), TuneError>(())).expect("nothing fits, which is no error");
         assert_eq!((small.rows.len(), small.dropped.len()), (0, settings.len()));
         assert!(small.dropped.iter().any(|d| d.reason.contains("coarser")) && small.dropped.iter().all(|d| d.too_large));
     }

@@ -1,6 +1,6 @@
 //! Builds, measures and draws settings one after the other.
 
-use super::Record;
+use super::{Record, Subject};
 use crate::gpu::GpuError;
 use crate::image::{Image, psnr};
 use crate::mesh::{ScalarField, TetMesh};
@@ -96,14 +96,19 @@ pub enum TuneError {
     },
 }
 
-/// A mesh, a field and views to measure settings on, with the exact pictures to compare with.
+/// A mesh, a field and views to measure settings on.
+#[derive(Clone, Copy)]
 pub struct Sweep<'a> {
-    mesh: &'a TetMesh,
-    field: &'a ScalarField,
-    renderer: &'a Renderer,
-    views: Vec<View>,
-    exact: Vec<Image>,
-    effort: Effort,
+    /// The mesh.
+    pub mesh: &'a TetMesh,
+    /// Its field.
+    pub field: &'a ScalarField,
+    /// What draws.
+    pub renderer: &'a Renderer,
+    /// At least one view; all of one size, transfer function and settings.
+    pub views: &'a [View],
+    /// How thoroughly.
+    pub effort: Effort,
 }
 
 /// What became of a setting.
@@ -113,27 +118,10 @@ enum Outcome {
     Empty,
 }
 
-impl<'a> Sweep<'a> {
-    /// Draws the exact pictures of the views, which must have one size, transfer function and settings.
-    pub fn new(
-        mesh: &'a TetMesh,
-        field: &'a ScalarField,
-        renderer: &'a Renderer,
-        views: Vec<View>,
-        effort: Effort,
-        progress: &Progress,
-    ) -> Result<Self, TuneError> {
-        let scene = renderer.exact_scene(mesh, field, progress)?;
-        let mut exact = Vec::new();
-        for (k, view) in views.iter().enumerate() {
-            let settings = RenderSettings { renderer: RendererKind::Exact, min_transmittance: 0.0, ..view.settings };
-            let image = renderer.render(&scene, &View { settings, ..view.clone() }, progress)?.image;
-            if image.pixels.iter().all(|p| p[3] <= 1.0 / 512.0) {
-                return Err(TuneError::Unseen { view: k });
-            }
-            exact.push(image);
-        }
-        Ok(Sweep { mesh, field, renderer, views, exact, effort })
+impl Sweep<'_> {
+    /// What a record of this sweep is of.
+    pub fn subject(&self) -> Subject {
+        Subject::new(self.mesh, self.field, self.views, &self.effort, self.renderer)
     }
 
     /// Measures the settings that the record does not hold yet and adds them to it, calling `each` after every one; what was measured
@@ -148,15 +136,21 @@ impl<'a> Sweep<'a> {
         progress: &Progress,
         mut each: impl FnMut(&Record) -> Result<(), E>,
     ) -> Result<(), E> {
-        progress.begin("tuning", settings.len() as u64);
+        let is_known =
+            |record: &Record, params: &OctreeParams| record.rows.iter().any(|row| row.params == *params || is_same_tree(row, params));
         record.dropped.clear();
+        if settings.iter().all(|params| is_known(record, params)) {
+            return Ok(());
+        }
+        let exact = self.exact_pictures(progress)?;
+        progress.begin("tuning", settings.len() as u64);
         for params in settings {
             progress.check().map_err(TuneError::from)?;
-            if !record.rows.iter().any(|row| row.params == *params || is_same_tree(row, params)) {
+            if !is_known(record, params) {
                 let larger = record.dropped.iter().find(|dropped| dropped.too_large && is_finer(params, &dropped.params));
                 let outcome = match larger {
                     Some(_) => Outcome::TooLarge("a coarser setting takes too much already".into()),
-                    None => self.measure(params, &progress.part())?,
+                    None => self.measure(params, &exact, &progress.part())?,
                 };
                 let dropped = |reason, too_large| Dropped { params: params.clone(), reason, too_large };
                 match outcome {
@@ -171,8 +165,20 @@ impl<'a> Sweep<'a> {
         Ok(())
     }
 
+    /// The views as the mesh itself looks.
+    fn exact_pictures(&self, progress: &Progress) -> Result<Vec<Image>, TuneError> {
+        let scene = self.renderer.exact_scene(self.mesh, self.field, progress)?;
+        let picture = |(k, view): (usize, &View)| {
+            let settings = RenderSettings { renderer: RendererKind::Exact, min_transmittance: 0.0, ..view.settings };
+            let image = self.renderer.render(&scene, &View { settings, ..view.clone() }, progress)?.image;
+            let is_seen = image.pixels.iter().any(|p| p[3] > 1.0 / 512.0);
+            if is_seen { Ok(image) } else { Err(TuneError::Unseen { view: k }) }
+        };
+        self.views.iter().enumerate().map(picture).collect()
+    }
+
     /// Builds, measures and draws one setting.
-    fn measure(&self, params: &OctreeParams, progress: &Progress) -> Result<Outcome, TuneError> {
+    fn measure(&self, params: &OctreeParams, exact: &[Image], progress: &Progress) -> Result<Outcome, TuneError> {
         let build = match Build::measure(self.mesh, self.field, params, self.effort.builds, progress) {
             Err(e @ (BuildError::Regularize(RegularizeError::TooLarge) | BuildError::Texture(_))) => {
                 return Ok(Outcome::TooLarge(e.to_string()));
@@ -201,10 +207,10 @@ impl<'a> Sweep<'a> {
             scene => scene?,
         };
         let mut psnr_db_by_view = Vec::new();
-        for (view, exact) in self.views.iter().zip(&self.exact) {
+        for (view, exact) in self.views.iter().zip(exact) {
             psnr_db_by_view.push(psnr(exact, &self.renderer.render(&scene, view, progress)?.image).1);
         }
-        let times = self.renderer.time(&scene, &self.views, self.effort.frames, progress)?;
+        let times = self.renderer.time(&scene, self.views, self.effort.frames, progress)?;
         let (frame_by, seconds) = times.gpu_s.as_ref().map_or((Clock::Wall, &times.wall_s), |gpu_s| (Clock::Gpu, gpu_s));
         Ok(Outcome::Row(Row {
             params: params.clone(),
