@@ -107,6 +107,7 @@ impl Chart<'_> {
             .light_line_style(WHITE)
             .bold_line_style(pen.line(FAINT))
             .axis_style(pen.line(INK))
+            .set_all_tick_mark_size(5 * pen.scale)
             .y_labels(if main { 10 } else { 6 })
             .label_style(pen.text(15, INK))
             .axis_desc_style(pen.text(16, INK))

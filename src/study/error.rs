@@ -354,6 +354,7 @@ mod tests {
         close(error.by_volume.uncovered, 0.25, 1e-4);
         close(error.by_tet.uncovered, 0.5, 1e-4);
         close(error.by_tet.rmse_rel, 0.25 / 12f64.sqrt(), 0.01);
+        close(error.by_tet.p99_rel, 0.99 * 0.125, 0.005);
         assert_eq!(error.by_volume.above_tolerance, None);
         assert_eq!(error.by_volume.points, (1 << 16) - (error.by_volume.uncovered * 65536.0) as usize);
     }
