@@ -9,6 +9,7 @@ mod long_work;
 mod regularize;
 mod render;
 mod report;
+mod tune;
 mod view;
 
 use clap::{Parser, Subcommand};
@@ -46,6 +47,8 @@ enum Command {
     Regularize(regularize::RegularizeCommand),
     /// Say how far an image is from a reference: PSNR, SSIM, FLIP, a difference map
     Compare(compare::CompareCommand),
+    /// Find the thresholds to take: sweep them, measure error, size and time, recommend
+    Tune(tune::TuneCommand),
     /// Measure build and frame times, with the paper's figures beside
     Bench(bench::BenchCommand),
     /// Make a mesh that carries a known field
@@ -61,6 +64,7 @@ impl Cli {
             Some(Command::Info(command)) => command.run(),
             Some(Command::Regularize(command)) => command.run(),
             Some(Command::Compare(command)) => command.run(),
+            Some(Command::Tune(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
             Some(Command::Generate(command)) => command.run(),
             None => self.view.run(),
