@@ -5,7 +5,7 @@ use super::long_work::with_bar;
 use super::render::say_if_fallen_back;
 use crate::image::{Image, psnr};
 use crate::mesh::{ScalarField, TetMesh};
-use crate::octree::OctreeParams;
+use crate::octree::{OctreeParams, Preset};
 use crate::render::{DeviceChoice, Renderer, Scene};
 use crate::study::{Build, Frames, PaperTable, orbit_frames, thresholds_for};
 use crate::view::{RendererKind, Steps, View};
@@ -21,8 +21,8 @@ Examples:
   octetra bench flow.vtu --depths 7,8,9 --repeats 10
   octetra bench flow.vtu --nodes 100000 --depths 9  thresholds that give about this many nodes
 
-On the paper's two meshes W is chosen at each depth so that the node count is the paper's, unless --nodes says otherwise.
-PSNR is against the exact renderer's picture, 8 bits, over covered pixels.")]
+Each depth is built by U, V and W. On the paper's two meshes W is chosen so that the node count is the paper's, unless --nodes says
+otherwise. Then come the presets, by tolerance R; --presets leaves the depths out. PSNR is against the exact renderer's picture, 8 bits, over covered pixels.")]
 pub struct BenchCommand {
     #[command(flatten)]
     mesh: MeshArgs,
@@ -37,7 +37,10 @@ pub struct BenchCommand {
     /// Choose W so that each depth has at most so many nodes, if the other thresholds allow; one number for all depths, or one each
     #[arg(long, value_name = "N,N,..", value_delimiter = ',')]
     nodes: Vec<usize>,
-    /// Builds of each depth, and frames of each view
+    /// Only the presets fast, balanced and fine
+    #[arg(long, conflicts_with_all = ["depths", "nodes"])]
+    presets: bool,
+    /// Builds of each row, and frames of each view
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
     repeats: u16,
 }
@@ -70,13 +73,23 @@ impl BenchCommand {
         writeln!(out, "{} threads; {adapter}; {}x{}, best of {} builds\n", rayon::current_num_threads(), size[0], size[1], self.repeats)?;
         writeln!(
             out,
-            "depth       W    build s  median s    nodes     MiB  PSNR leaf  paper   frame ms  worst  by         paper's build, nodes"
+            "setting      W or R  build s  median s    nodes     MiB  PSNR leaf  paper   frame ms  worst  by         paper's build, nodes"
         )?;
-        for (i, &depth) in self.depths.iter().enumerate() {
-            let row = self.measure(&mesh, &field, &view, &renderer, &exact, self.target(i, paper), depth)?;
+        let depths = if self.presets { &[][..] } else { &self.depths };
+        for (i, &depth) in depths.iter().enumerate() {
+            let mut params = OctreeParams { max_depth: depth, ..self.octree.params() }.by_thresholds();
+            if let Some(nodes) = self.target(i, paper) {
+                params = with_bar(|progress| thresholds_for(&mesh, &field, &params, nodes, progress))?;
+            }
+            let row = self.measure(&mesh, &field, &view, &renderer, &exact, &params)?;
             let published = paper.and_then(|p| p.rows.into_iter().find(|r| r.0 == depth));
             let beside = published.map_or("-".into(), |(_, seconds, nodes)| format!("{seconds:.2} s, {} k", nodes / 1000));
-            writeln!(out, "{depth:>5}  {row}  {beside}")?;
+            writeln!(out, "{:<8}  {row}  {beside}", format!("depth {depth}"))?;
+            out.flush()?;
+        }
+        for (name, preset) in Preset::ALL.into_iter().filter(|(_, preset)| preset.params().tolerance.is_some()) {
+            let row = self.measure(&mesh, &field, &view, &renderer, &exact, &preset.params())?;
+            writeln!(out, "{name:<8}  {row}")?;
             out.flush()?;
         }
         writeln!(out, "\n{}", self.exact_frames(&mesh, &field, &view, &renderer, &exact)?)?;
@@ -113,15 +126,10 @@ impl BenchCommand {
         view: &View,
         renderer: &Renderer,
         exact: &Image,
-        nodes: Option<usize>,
-        depth: u8,
+        params: &OctreeParams,
     ) -> Result<String> {
-        let mut params = OctreeParams { max_depth: depth, ..self.octree.params() };
-        if let Some(nodes) = nodes {
-            params = with_bar(|progress| thresholds_for(mesh, field, &params, nodes, progress))?;
-        }
         let repeats = usize::from(self.repeats);
-        let build = with_bar(|progress| Build::measure(mesh, field, &params, repeats, progress))?;
+        let build = with_bar(|progress| Build::measure(mesh, field, params, repeats, progress))?;
         let (best, median, count, bytes) = (build.best_s(), build.median_s(), build.tree.node_count(), build.texture.bytes());
         let (scene, _) = renderer.octree_scene(mesh, build.texture, params.surface(mesh, field))?;
         let quality = |steps| -> Result<f64> { Ok(psnr(exact, &self.picture(renderer, &scene, view, steps)?).1) };
@@ -134,9 +142,9 @@ impl BenchCommand {
         if frames.gpu_s.is_some() {
             by += &format!(" ({:.2})", Frames::median_and_worst(&frames.wall_s).0 * 1e3);
         }
-        let (w, mib) = (params.max_leaf_variance, bytes as f64 / f64::from(1 << 20));
+        let (threshold, mib) = (params.tolerance.unwrap_or(params.max_leaf_variance), bytes as f64 / f64::from(1 << 20));
         Ok(format!(
-            "{w:>8.1e}  {best:>6.3}  {median:>8.3}  {count:>8}  {mib:>6.2}  {leaf:>9.2}  {paper:>5.2}  {:>9.3}  {:>5.2}  {by:<9}",
+            "{threshold:>8.1e}  {best:>6.3}  {median:>8.3}  {count:>8}  {mib:>6.2}  {leaf:>9.2}  {paper:>5.2}  {:>9.3}  {:>5.2}  {by:<9}",
             frame * 1e3,
             worst * 1e3
         ))

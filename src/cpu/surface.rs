@@ -175,12 +175,10 @@ fn face_weights(a: &Seen, b: &Seen, c: &Seen) -> Vec3 {
 }
 
 impl<'a> SurfaceRay<'a> {
-    /// Gathers the first hits of the line of `ray`.
+    /// Begins with the line of `ray`; nothing is gathered yet.
     pub fn start(surface: &'a BoundarySurface, ray: &'a Ray) -> Self {
         let (hits, after) = ([Hit::FIRST; MAX_HITS], Hit::FIRST);
-        let mut start = SurfaceRay { surface, ray, sight: Sight::new(ray), hits, count: 0, next: 0, more: false, after, inside: 0 };
-        start.gather();
-        start
+        SurfaceRay { surface, ray, sight: Sight::new(ray), hits, count: 0, next: 0, more: true, after, inside: 0 }
     }
 
     /// The next interval of t >= 0 inside the mesh as (t0, t1), t0 < t1; ([`FAR`], -[`FAR`]) if there are no more. Parts of the mesh that
@@ -217,14 +215,16 @@ impl<'a> SurfaceRay<'a> {
     /// The hit that comes next, gathered if need be.
     pub fn peek(&mut self) -> Option<Hit> {
         if self.next == self.count && self.more {
-            self.after = self.hits[self.count - 1];
             self.gather();
         }
         (self.next < self.count).then(|| self.hits[self.next])
     }
 
-    /// Finds the nearest hits after `after`, as many as there is room for.
+    /// Finds the nearest hits after those gathered before, as many as there is room for.
     fn gather(&mut self) {
+        if self.count > 0 {
+            self.after = self.hits[self.count - 1];
+        }
         (self.count, self.next, self.more) = (0, 0, false);
         if self.surface.faces().is_empty() {
             return;
