@@ -324,3 +324,44 @@ impl<'a> SurfaceRay<'a> {
         self.hits[place] = hit;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen(x: f32, y: f32, id: u32) -> Seen {
+        Seen { at: Vec3::new(x, y, 0.0), id }
+    }
+
+    #[test]
+    fn sides_are_exact_where_rounded_products_are_equal() {
+        let e = f32::EPSILON;
+        // (1 + e)(1 - e) = 1 - e^2 rounds to 1.
+        let (p, q) = (seen(1.0 + e, 1.0, 0), seen(1.0, 1.0 - e, 1));
+        assert!(!is_left(&p, &q) && is_left(&q, &p));
+        let (p, q) = (seen(TINY, 0.3, 0), seen(0.7 * TINY, 0.7 * 0.3, 1));
+        let exact = f64::from(p.at.x) * f64::from(q.at.y) - f64::from(p.at.y) * f64::from(q.at.x);
+        assert!(exact != 0.0 && is_left(&p, &q) == (exact > 0.0) && is_left(&q, &p) == (exact < 0.0));
+    }
+
+    #[test]
+    fn ties_are_broken_as_if_the_ray_had_moved() {
+        let grid: Vec<Seen> = (-2..=2i8).flat_map(|x| (-2..=2i8).map(move |y| seen(x.into(), y.into(), 0))).collect();
+        for p in &grid {
+            for q in grid.iter().filter(|q| q.at != p.at) {
+                let (x, y) = (1e-4, 1e-8);
+                let [px, py, qx, qy] = [p.at.x, p.at.y, q.at.x, q.at.y].map(f64::from);
+                assert_eq!(is_left(p, q), (px - x) * (qy - y) - (py - y) * (qx - x) > 0.0, "{} {}", p.at, q.at);
+            }
+        }
+    }
+
+    #[test]
+    fn coincident_points_do_not_go_round_the_ray() {
+        let [a, b, c] = [4, 7, 2].map(|id| seen(0.0, 0.0, id));
+        for [p, q, r] in [[&a, &b, &c], [&a, &c, &b]] {
+            let sides = [is_left(p, q), is_left(q, r), is_left(r, p)];
+            assert!(sides != [true; 3] && sides != [false; 3]);
+        }
+    }
+}
