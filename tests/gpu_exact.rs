@@ -253,3 +253,29 @@ fn spx_is_its_reference() {
     assert_reference("spx1", "spx1_refined_zlib.vtu", &[(4, 256)]);
     assert_reference("spx2", "spx2_refined_zlib.vtu", &[(0, 256)]);
 }
+
+/// The adapter as one that binds no more than 128 KiB.
+fn small_device() -> Renderer {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    let adapter = adapters.first().expect("an adapter");
+    let mut descriptor = octetra::gpu::device_descriptor(adapter);
+    descriptor.required_limits.max_storage_buffer_binding_size = 128 << 10;
+    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("a device");
+    Renderer::on(octetra::gpu::Context::from_parts(adapter, device, queue)).expect("a renderer")
+}
+
+#[test]
+fn a_mesh_that_the_device_has_no_room_for_is_drawn_on_the_cpu() {
+    let (renderer, progress) = (small_device(), Progress::new());
+    let [small, large] = [4, 12].map(|n| mesh(jittered(n, 9)));
+    let scene = |mesh: &TetMesh| renderer.exact_scene(mesh, &point_field(mesh, waves), &progress).expect("a scene");
+    assert!(scene(&small).is_on_device() && scene(&small).fell_back().is_none());
+    let scene = scene(&large);
+    assert!(!scene.is_on_device());
+    let reason = scene.fell_back().expect("a reason").to_string();
+    assert!(reason.contains("10368 tets needs 165888") && reason.contains("max_storage_buffer_binding_size is 131072"), "{reason}");
+    let view = view(cameras(&large)[0], TransferFunction::standard(), 24, 24);
+    let picture = renderer.render(&scene, &view, &progress).expect("renders");
+    assert_eq!(picture.image, draw(DeviceChoice::Cpu, &large, &point_field(&large, waves), &view));
+}

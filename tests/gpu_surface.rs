@@ -3,7 +3,7 @@
 mod meshes;
 
 use glam::DVec3;
-use meshes::{point_field, sponge};
+use meshes::{Random, point_field, sponge};
 use octetra::cpu::surface_intervals;
 use octetra::gpu::layout::Frame;
 use octetra::gpu::shader::FILES;
@@ -35,10 +35,25 @@ fn main(@builtin(global_invocation_id) pixel: vec3<u32>) {
 }
 ";
 
-/// The intervals of every pixel, row by row, found on the GPU.
-fn intervals(context: &Context, surface: &BoundarySurface, uniforms: Frame) -> Vec<Vec<(f32, f32)>> {
+/// Tells for pairs of seen points which passes on the left; equal pairs of x, y have their places in the list as indices.
+const SIDES: &str = "
+@group(0) @binding(1) var<storage, read_write> found: array<vec2<f32>>;
+@group(0) @binding(2) var<storage, read> pairs: array<vec4<f32>>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) index: vec3<u32>) {
+    let pair = pairs[index.x];
+    let p = Seen(vec3<f32>(pair.xy, 0.0), 2u * index.x);
+    let q = Seen(vec3<f32>(pair.zw, 0.0), 2u * index.x + 1u);
+    found[index.x] = vec2<f32>(select(0.0, 1.0, is_left(p, q)), select(0.0, 1.0, is_left(q, p)));
+    if (frame.width == 0u) { found[0] = vec2<f32>(next_interval()); }
+}
+";
+
+/// Runs a stage on the surface's functions and gives what it has found.
+fn run(context: &Context, stage: &str, groups: [u32; 2], found: usize, own: &[(u32, wgpu::Buffer)], surface: &GpuSurface) -> Vec<[f32; 2]> {
     let file = |name: &str| FILES.iter().find(|(n, _)| *n == name).expect("a shader").1;
-    let source = STAGE.to_owned() + file("shared/frame.wgsl") + file("shared/ray.wgsl") + file("shared/surface.wgsl");
+    let source = stage.to_owned() + file("shared/frame.wgsl") + file("shared/ray.wgsl") + file("shared/surface.wgsl");
     let device = &context.device;
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source: wgpu::ShaderSource::Wgsl(source.into()) });
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -49,16 +64,12 @@ fn intervals(context: &Context, surface: &BoundarySurface, uniforms: Frame) -> V
         compilation_options: Default::default(),
         cache: None,
     });
-    let contents = bytemuck::bytes_of(&uniforms);
-    let uniforms =
-        device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage: wgpu::BufferUsages::UNIFORM });
-    let size = u64::from(SIZE * SIZE) * SLOTS as u64 * 8;
+    let size = 8 * found as u64;
     let buffer = |usage| device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false });
     let found = buffer(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
     let mappable = buffer(wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ);
-    let on_device = GpuSurface::upload(context, surface).expect("fits");
-    let bindings = [(0, uniforms.as_entire_binding()), (1, found.as_entire_binding())];
-    let bindings = bindings.into_iter().chain((GpuSurface::FIRST_BINDING..).zip(on_device.bindings()));
+    let own = own.iter().map(|(binding, buffer)| (*binding, buffer.as_entire_binding())).chain([(1, found.as_entire_binding())]);
+    let bindings = own.chain((GpuSurface::FIRST_BINDING..).zip(surface.bindings()));
     let entries: Vec<_> = bindings.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
     let layout = pipeline.get_bind_group_layout(0);
     let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries });
@@ -66,15 +77,26 @@ fn intervals(context: &Context, surface: &BoundarySurface, uniforms: Frame) -> V
     let mut pass = encoder.begin_compute_pass(&Default::default());
     pass.set_pipeline(&pipeline);
     pass.set_bind_group(0, &bind_group, &[]);
-    pass.dispatch_workgroups(SIZE / 8, SIZE / 8, 1);
+    pass.dispatch_workgroups(groups[0], groups[1], 1);
     drop(pass);
     encoder.copy_buffer_to_buffer(&found, 0, &mappable, 0, size);
     context.queue.submit([encoder.finish()]);
     mappable.map_async(wgpu::MapMode::Read, .., |result| result.expect("maps"));
     device.poll(wgpu::PollType::wait_indefinitely()).expect("the device works");
     assert_eq!(context.take_error(), None);
-    let bytes = mappable.get_mapped_range(..).expect("mapped").to_vec();
-    let pixels = bytemuck::cast_slice::<u8, [f32; 2]>(&bytes).chunks_exact(SLOTS);
+    bytemuck::cast_slice(&mappable.get_mapped_range(..).expect("mapped")).to_vec()
+}
+
+fn buffer(context: &Context, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+    context.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
+}
+
+/// The intervals of every pixel, row by row, found on the GPU.
+fn intervals(context: &Context, surface: &BoundarySurface, uniforms: Frame) -> Vec<Vec<(f32, f32)>> {
+    let uniforms = buffer(context, bytemuck::bytes_of(&uniforms), wgpu::BufferUsages::UNIFORM);
+    let surface = GpuSurface::upload(context, surface).expect("fits");
+    let found = run(context, STAGE, [SIZE / 8; 2], (SIZE * SIZE) as usize * SLOTS, &[(0, uniforms)], &surface);
+    let pixels = found.chunks_exact(SLOTS);
     pixels.map(|slots| slots.iter().map(|&[t0, t1]| (t0, t1)).take_while(|(t0, t1)| t0 < t1).collect()).collect()
 }
 
@@ -136,4 +158,44 @@ fn a_surface_without_faces_has_no_intervals() {
     let frame = Camera::orbit(sponge(2).bounds(), 0, 1.0).frame(DVec3::ZERO, SIZE, SIZE);
     let uniforms = Frame::new(&frame, DVec3::splat(-1.5), 3.0, 1, &RenderSettings::new(SIZE, SIZE));
     assert!(intervals(&context, &BoundarySurface::default(), uniforms).iter().all(Vec::is_empty));
+}
+
+#[test]
+fn sides_are_exact_and_ties_are_those_of_a_ray_that_moved() {
+    let mut random = Random(3);
+    let mut pairs: Vec<[f32; 4]> = Vec::new();
+    // Nearly on one line through the ray: products that differ in their last bits, or not at all.
+    for i in 0..4032u32 {
+        let [x, y, k] = [random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() * 2.0].map(|v| v as f32);
+        let moved = |v: f32, by: u32| f32::from_bits(v.to_bits() + by);
+        pairs.push([x, y, moved(x * k, i % 3), moved(y * k, i / 3 % 3)]);
+    }
+    // On a grid, where crosses are 0 and points coincide.
+    pairs.extend((0..625).map(|i| [i % 5, i / 5 % 5, i / 25 % 5, i / 125].map(|v| v as f32 - 2.0)));
+    pairs.resize(pairs.len().next_multiple_of(64), [1.0; 4]);
+
+    let context = Context::new().expect("an adapter");
+    let surface = GpuSurface::upload(&context, &BoundarySurface::default()).expect("fits");
+    let frame = Camera::orbit(sponge(2).bounds(), 0, 1.0).frame(DVec3::ZERO, SIZE, SIZE);
+    let uniforms = Frame::new(&frame, DVec3::ZERO, 1.0, 1, &RenderSettings::new(SIZE, SIZE));
+    let uniforms = buffer(&context, bytemuck::bytes_of(&uniforms), wgpu::BufferUsages::UNIFORM);
+    let list = buffer(&context, bytemuck::cast_slice(&pairs), wgpu::BufferUsages::STORAGE);
+    let found = run(&context, SIDES, [pairs.len() as u32 / 64, 1], pairs.len(), &[(0, uniforms), (2, list)], &surface);
+    let (mut ties, mut close) = (0, 0);
+    for (&[px, py, qx, qy], &[left, right]) in pairs.iter().zip(&found) {
+        let (a, b) = (f64::from(px) * f64::from(qy), f64::from(py) * f64::from(qx)); // exact
+        close += usize::from(a != b && a as f32 == b as f32);
+        ties += usize::from(a == b);
+        let expected = if a != b {
+            a > b
+        } else if py != qy {
+            qy < py
+        } else if px != qx {
+            qx > px
+        } else {
+            true // by their indices
+        };
+        assert_eq!([left == 1.0, right == 1.0], [expected, !expected], "({px}, {py}) ({qx}, {qy})");
+    }
+    assert!(ties > 100 && close > 100, "{ties} ties, {close} close ones");
 }

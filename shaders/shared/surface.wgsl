@@ -135,14 +135,16 @@ fn hit_at(i: u32) -> Hit {
     return Hit(hit_t[i], hit_word[i]);
 }
 
-// Gathers the first hits of the line of a ray.
+// Begins with the line of a ray; nothing is gathered yet.
 fn start_surface(ray: Ray) {
     sight = sight_of(ray);
     surface_origin = ray.origin;
     surface_inverse = ray.inverse;
     surface_after = Hit(-FAR, 0u);
     surface_inside = 0;
-    gather();
+    hit_count = 0u;
+    hit_next = 0u;
+    hit_more = true;
 }
 
 // The next interval of t >= 0 inside the mesh as (t0, t1), t0 < t1; (FAR, -FAR) if there are no more. Parts of the mesh that overlap or
@@ -166,15 +168,13 @@ fn next_interval() -> vec2<f32> {
 
 // Whether there is a hit at hit_next, gathered if need be.
 fn has_hit() -> bool {
-    if (hit_next == hit_count && hit_more) {
-        surface_after = hit_at(hit_count - 1u);
-        gather();
-    }
+    if (hit_next == hit_count && hit_more) { gather(); }
     return hit_next < hit_count;
 }
 
-// Finds the nearest hits after surface_after, as many as there is room for.
+// Finds the nearest hits after those gathered before, as many as there is room for.
 fn gather() {
+    if (hit_count > 0u) { surface_after = hit_at(hit_count - 1u); }
     hit_count = 0u;
     hit_next = 0u;
     hit_more = false;

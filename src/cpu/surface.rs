@@ -175,12 +175,10 @@ fn face_weights(a: &Seen, b: &Seen, c: &Seen) -> Vec3 {
 }
 
 impl<'a> SurfaceRay<'a> {
-    /// Gathers the first hits of the line of `ray`.
+    /// Begins with the line of `ray`; nothing is gathered yet.
     pub fn start(surface: &'a BoundarySurface, ray: &'a Ray) -> Self {
         let (hits, after) = ([Hit::FIRST; MAX_HITS], Hit::FIRST);
-        let mut start = SurfaceRay { surface, ray, sight: Sight::new(ray), hits, count: 0, next: 0, more: false, after, inside: 0 };
-        start.gather();
-        start
+        SurfaceRay { surface, ray, sight: Sight::new(ray), hits, count: 0, next: 0, more: true, after, inside: 0 }
     }
 
     /// The next interval of t >= 0 inside the mesh as (t0, t1), t0 < t1; ([`FAR`], -[`FAR`]) if there are no more. Parts of the mesh that
@@ -217,14 +215,16 @@ impl<'a> SurfaceRay<'a> {
     /// The hit that comes next, gathered if need be.
     pub fn peek(&mut self) -> Option<Hit> {
         if self.next == self.count && self.more {
-            self.after = self.hits[self.count - 1];
             self.gather();
         }
         (self.next < self.count).then(|| self.hits[self.next])
     }
 
-    /// Finds the nearest hits after `after`, as many as there is room for.
+    /// Finds the nearest hits after those gathered before, as many as there is room for.
     fn gather(&mut self) {
+        if self.count > 0 {
+            self.after = self.hits[self.count - 1];
+        }
         (self.count, self.next, self.more) = (0, 0, false);
         if self.surface.faces().is_empty() {
             return;
@@ -322,5 +322,46 @@ impl<'a> SurfaceRay<'a> {
             place -= 1;
         }
         self.hits[place] = hit;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen(x: f32, y: f32, id: u32) -> Seen {
+        Seen { at: Vec3::new(x, y, 0.0), id }
+    }
+
+    #[test]
+    fn sides_are_exact_where_rounded_products_are_equal() {
+        let e = f32::EPSILON;
+        // (1 + e)(1 - e) = 1 - e^2 rounds to 1.
+        let (p, q) = (seen(1.0 + e, 1.0, 0), seen(1.0, 1.0 - e, 1));
+        assert!(!is_left(&p, &q) && is_left(&q, &p));
+        let (p, q) = (seen(TINY, 0.3, 0), seen(0.7 * TINY, 0.7 * 0.3, 1));
+        let exact = f64::from(p.at.x) * f64::from(q.at.y) - f64::from(p.at.y) * f64::from(q.at.x);
+        assert!(exact != 0.0 && is_left(&p, &q) == (exact > 0.0) && is_left(&q, &p) == (exact < 0.0));
+    }
+
+    #[test]
+    fn ties_are_broken_as_if_the_ray_had_moved() {
+        let grid: Vec<Seen> = (-2..=2i8).flat_map(|x| (-2..=2i8).map(move |y| seen(x.into(), y.into(), 0))).collect();
+        for p in &grid {
+            for q in grid.iter().filter(|q| q.at != p.at) {
+                let (x, y) = (1e-4, 1e-8);
+                let [px, py, qx, qy] = [p.at.x, p.at.y, q.at.x, q.at.y].map(f64::from);
+                assert_eq!(is_left(p, q), (px - x) * (qy - y) - (py - y) * (qx - x) > 0.0, "{} {}", p.at, q.at);
+            }
+        }
+    }
+
+    #[test]
+    fn coincident_points_do_not_go_round_the_ray() {
+        let [a, b, c] = [4, 7, 2].map(|id| seen(0.0, 0.0, id));
+        for [p, q, r] in [[&a, &b, &c], [&a, &c, &b]] {
+            let sides = [is_left(p, q), is_left(q, r), is_left(r, p)];
+            assert!(sides != [true; 3] && sides != [false; 3]);
+        }
     }
 }
