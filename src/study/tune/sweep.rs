@@ -1,6 +1,7 @@
 //! Builds, measures and draws settings one after the other.
 
 use super::{Record, Subject};
+use crate::exact::ExactScene;
 use crate::gpu::GpuError;
 use crate::image::{Image, psnr};
 use crate::mesh::{ScalarField, TetMesh};
@@ -8,7 +9,7 @@ use crate::octree::{OctreeParams, RegularizeError, working_bytes};
 use crate::progress::{Cancelled, Progress};
 use crate::render::{RenderError, Renderer};
 use crate::study::{Build, BuildError, ErrorSampling, FieldError, Frames};
-use crate::view::{RenderSettings, RendererKind, View};
+use crate::view::View;
 use serde::{Deserialize, Serialize};
 
 /// How thoroughly a setting is measured.
@@ -165,12 +166,12 @@ impl Sweep<'_> {
         Ok(())
     }
 
-    /// The views as the mesh itself looks.
+    /// The views as the mesh itself looks, in f64 whatever device draws the rest.
     fn exact_pictures(&self, progress: &Progress) -> Result<Vec<Image>, TuneError> {
-        let scene = self.renderer.exact_scene(self.mesh, self.field, progress)?;
+        let scene = ExactScene::new(self.mesh, self.field, progress)?;
         let picture = |(k, view): (usize, &View)| {
-            let settings = RenderSettings { renderer: RendererKind::Exact, min_transmittance: 0.0, ..view.settings };
-            let image = self.renderer.render(&scene, &View { settings, ..view.clone() }, progress)?.image;
+            let frame = view.camera.frame(self.mesh.center(), view.settings.width, view.settings.height);
+            let image = scene.render(&frame, &view.transfer_function, 0.0, progress)?;
             let is_seen = image.pixels.iter().any(|p| p[3] > 1.0 / 512.0);
             if is_seen { Ok(image) } else { Err(TuneError::Unseen { view: k }) }
         };
