@@ -38,7 +38,7 @@ pub struct TuneCommand {
     /// Recommend the smallest octree that reaches this PSNR in every view
     #[arg(long, value_name = "DB", value_parser = parse_positive)]
     target_psnr: Option<f64>,
-    /// Tolerances R to sweep, each with each depth [default: 0.02 to 0.00125]
+    /// Tolerances R to sweep, each with each depth [default: 4 to 1/8 times the default tolerance]
     #[arg(long, value_name = "R,R,..", value_delimiter = ',', value_parser = parse_positive, help_heading = "Settings to sweep")]
     tolerances: Vec<f64>,
     /// Maximum depths to sweep [default: around the default depth]

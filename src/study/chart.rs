@@ -223,8 +223,8 @@ mod tests {
     fn rows() -> Vec<Row> {
         let row = |i: usize| Row {
             params: OctreeParams {
-                tolerance: (i % 2 == 0).then_some(0.01),
-                reconstruction: if i % 3 == 0 { Reconstruction::Leaf } else { Reconstruction::Continuous },
+                tolerance: i.is_multiple_of(2).then_some(0.01),
+                reconstruction: if i.is_multiple_of(3) { Reconstruction::Leaf } else { Reconstruction::Continuous },
                 ..OctreeParams::default()
             },
             depth: 9,

@@ -53,7 +53,7 @@ impl Plan {
     pub fn full() -> Self {
         let depth = OctreeParams::default().max_depth;
         Plan {
-            tolerances: vec![0.2, 0.1, 0.05, 0.02, 0.01, 0.005],
+            tolerances: around_default(&[4.0, 2.0, 1.0, 0.5, 0.25, 0.125]),
             depths: (depth.saturating_sub(2).max(1)..=(depth + 1).min(OctreeParams::DEPTH_LIMIT)).collect(),
             variances: vec![4e-3, 1e-3, 2.5e-4, 6e-5],
             variance_depths: vec![depth],
@@ -64,7 +64,7 @@ impl Plan {
     pub fn quick() -> Self {
         let depth = OctreeParams::default().max_depth;
         Plan {
-            tolerances: vec![0.1, 0.02],
+            tolerances: around_default(&[4.0, 1.0]),
             depths: vec![depth.saturating_sub(2).max(1), depth],
             variances: vec![1e-3],
             variance_depths: vec![depth],
@@ -96,6 +96,12 @@ impl Plan {
         Preset::ALL.map(|(_, preset)| preset.params()).into_iter().filter(|p| p.max_depth <= deepest).for_each(add);
         settings
     }
+}
+
+/// These multiples of the default's tolerance; of 0.01 if it has none.
+fn around_default(factors: &[f64]) -> Vec<f64> {
+    let tolerance = OctreeParams::default().tolerance.unwrap_or(0.01);
+    factors.iter().map(|factor| factor * tolerance).collect()
 }
 
 fn ascending<T: Copy + PartialOrd>(values: &[T]) -> Vec<T> {

@@ -1,14 +1,15 @@
 //! Builds, measures and draws settings one after the other.
 
 use super::{Record, Subject};
+use crate::exact::ExactScene;
 use crate::gpu::GpuError;
 use crate::image::{Image, psnr};
 use crate::mesh::{BoundarySurface, ScalarField, TetMesh};
 use crate::octree::{Boundary, OctreeParams, RegularizeError, working_bytes};
 use crate::progress::{Cancelled, Progress};
-use crate::render::{DeviceChoice, RenderError, Renderer};
+use crate::render::{RenderError, Renderer};
 use crate::study::{Build, BuildError, ErrorSampling, FieldError, Frames};
-use crate::view::{RenderSettings, RendererKind, View};
+use crate::view::View;
 use serde::{Deserialize, Serialize};
 use std::cell::OnceCell;
 use std::sync::Arc;
@@ -167,13 +168,12 @@ impl Sweep<'_> {
         Ok(())
     }
 
-    /// The views as the mesh itself looks.
+    /// The views as the mesh itself looks, in f64 whatever device draws the rest.
     fn exact_pictures(&self, progress: &Progress) -> Result<Vec<Image>, TuneError> {
-        let truth = Renderer::new(DeviceChoice::Cpu)?;
-        let scene = truth.exact_scene(self.mesh, self.field, progress)?;
+        let scene = ExactScene::new(self.mesh, self.field, progress)?;
         let picture = |(k, view): (usize, &View)| {
-            let settings = RenderSettings { renderer: RendererKind::Exact, min_transmittance: 0.0, ..view.settings };
-            let image = truth.render(&scene, &View { settings, ..view.clone() }, progress)?.image;
+            let frame = view.camera.frame(self.mesh.center(), view.settings.width, view.settings.height);
+            let image = scene.render(&frame, &view.transfer_function, 0.0, progress)?;
             let is_seen = image.pixels.iter().any(|p| p[3] > 1.0 / 512.0);
             if is_seen { Ok(image) } else { Err(TuneError::Unseen { view: k }) }
         };
@@ -196,7 +196,7 @@ impl Sweep<'_> {
         };
         let (nodes, leaves, build_s) = (build.tree.node_count(), build.tree.leaf_count(), build.median_s());
         let bytes = build.texture.bytes() as u64;
-        let tree_bytes = (2 * build.tree.interior_count() + 12 * leaves) as u64;
+        let tree_bytes = (2 * build.tree.interior_count() + 12 * leaves) as u64 + size_of_val(build.texture.bricks()) as u64;
         let need = self.mesh.bytes() as u64 + working_bytes(self.mesh) + tree_bytes + bytes;
         if need > self.effort.memory_bytes {
             let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
