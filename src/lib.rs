@@ -9,6 +9,8 @@
 //!                   ├─CompactMesh─gpu (tet by tet, f32)────────────────────────────────────────────────────────▶ Image
 //!                   └─exact (ray by ray, f64)──────────────────────────────────────────────────────────────────▶ Image
 //!
+//! Image, Image ─compare─▶ numbers, difference map
+//!
 //! View = Camera + TransferFunction + RenderSettings goes into every renderer and decides everything else about an image
 //! ```
 //!
@@ -21,7 +23,7 @@
 //! 1. [`geometry`], [`progress`]
 //! 2. [`mesh`], [`view`], [`image`]
 //! 3. [`optics`], [`format`](mod@format), [`octree`], [`exact`]
-//! 4. [`cpu`], [`gpu`]
+//! 4. [`cpu`], [`gpu`], [`compare`]
 //! 5. [`render`]
 //! 6. [`study`]
 //! 7. [`app`]
@@ -61,6 +63,7 @@
 
 pub mod app;
 pub mod cli;
+pub mod compare;
 pub mod cpu;
 pub mod exact;
 pub mod format;

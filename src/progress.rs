@@ -1,7 +1,7 @@
 //! Progress and cancellation of long work: one object shared by the worker that advances it and the caller that shows or stops it.
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex};
 
 /// The work was stopped by [`Progress::cancel`]. What it had allocated is freed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -14,13 +14,18 @@ pub struct Progress {
     stage: Mutex<&'static str>,
     done: AtomicU64,
     total: AtomicU64,
-    cancelled: AtomicBool,
+    cancelled: Arc<AtomicBool>,
 }
 
 impl Progress {
     /// A progress that nobody looks at and nobody cancels.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// A progress of its own that is cancelled together with this one: for a part of work whose whole is shown as one stage.
+    pub fn part(&self) -> Self {
+        Progress { cancelled: self.cancelled.clone(), ..Self::default() }
     }
 
     /// Starts a named stage of `total` steps (0: unknown).
@@ -49,5 +54,22 @@ impl Progress {
     pub fn snapshot(&self) -> (&'static str, u64, u64) {
         let stage = *self.stage.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         (stage, self.done.load(Relaxed), self.total.load(Relaxed))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_keeps_its_steps_and_is_cancelled_with_the_whole() {
+        let whole = Progress::new();
+        whole.begin("whole", 3);
+        let part = whole.part();
+        part.begin("part", 5);
+        part.add(2);
+        assert_eq!((whole.snapshot(), part.snapshot()), (("whole", 0, 3), ("part", 2, 5)));
+        whole.cancel();
+        assert_eq!(part.check(), Err(Cancelled));
     }
 }

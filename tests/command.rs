@@ -64,6 +64,10 @@ fn render_draws_the_bundled_mesh_and_says_what_it_measured() {
     assert!(number("octree", "nodes") > number("octree", "leaves") && number("octree", "bytes") > 0.0);
     assert!(["load", "regularize", "upload", "frame"].iter().all(|key| number("time", key) > 0.0));
     assert!(number("samples", "taken") > 1000.0);
+    let (rmse, max) = (number("error", "rmse_rel"), number("error", "max_rel"));
+    assert!(0.0 < rmse && rmse < number("error", "p99_rel") && number("error", "p99_rel") < max && max < 1.0, "{rmse}, {max}");
+    assert!((number("error", "psnr_db") + 20.0 * rmse.log10()).abs() < 1e-9 && number("error", "uncovered") < 0.2);
+    assert!(stats["error"]["by_tet"]["rmse_rel"].as_f64().is_some_and(|by_tet| by_tet > 0.0));
     assert_eq!(stats["params"]["max_depth"], 9);
 }
 
@@ -87,6 +91,7 @@ fn regularize_writes_a_texture_that_others_can_read() {
     let folder = folder();
     let said = done(folder.path(), &["regularize", "--texture", "t.npy", "--max-depth", "6"]);
     assert!(said.contains("nodes") && said.contains("texels"), "{said}");
+    assert!(said.contains("error    rmse ") && said.contains(" dB"), "{said}");
     let about = json(&folder.path().join("t.json"));
     let npy = npyz::NpyFile::new(std::fs::File::open(folder.path().join("t.npy")).expect("a file")).expect("NPY");
     assert_eq!((npy.shape().len(), npy.shape()[3]), (4, 4));
@@ -94,6 +99,41 @@ fn regularize_writes_a_texture_that_others_can_read() {
     let leaves = texels.chunks(4).filter(|t| t[3] != 0 && t[3] != 255).count();
     assert!(leaves > 1000 && texels.chunks(4).all(|t| t[3] == 255 || t[3] % 10 == 0 && t[3] <= 60));
     assert!(about["root_edge"].as_f64().expect("a number") > 0.0 && about["root_origin"].as_array().expect("three").len() == 3);
+}
+
+#[test]
+fn tune_measures_recommends_and_goes_on_where_it_stopped() {
+    let folder = folder();
+    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/ball.vtu");
+    let swept = ["--depths", "3,4", "--tolerances", "0.05,0.01", "--size", "48", "--device", "cpu", "--json", "t.json"];
+    let tune = |more: &[&str]| done(folder.path(), &[&["tune", mesh, "--quick"], &swept[..], more].concat());
+    let said = tune(&["--chart", "t.svg"]);
+    assert!(said.contains("PSNR dB") && said.contains("octetra render"), "{said}");
+    let record = json(&folder.path().join("t.json"));
+    let rows = record["rows"].as_array().expect("rows").clone();
+    assert!(rows.len() >= 2 && rows.iter().all(|row| row["psnr_db"].as_f64().is_some_and(|db| db > 10.0)), "{record:#}");
+    assert!(record["front"].as_array().is_some_and(|front| !front.is_empty()) && record["subject"]["machine"]["threads"].is_number());
+    assert!(std::fs::read_to_string(folder.path().join("t.svg")).expect("a file").starts_with("<svg"));
+
+    // The line to paste gives the octree that was measured.
+    let line = said.lines().rev().find_map(|line| line.split_once("octetra render ")).expect("a recommendation").1;
+    let args: Vec<&str> = ["render"].into_iter().chain(line.split(' ')).chain(["--size", "8", "--stats", "s.json"]).collect();
+    done(folder.path(), &args);
+    let bytes = &json(&folder.path().join("s.json"))["octree"]["bytes"];
+    let picked = record["recommended"].as_array().and_then(|picks| picks.last()).and_then(|pick| pick["row"].as_u64()).expect("a row");
+    assert_eq!(&rows[picked as usize]["bytes"], bytes, "{line}");
+
+    // The same again measures nothing, other settings are added, another mesh is refused.
+    let said = tune(&["--chart", "t.png", "--all", "--target-psnr", "98"]);
+    assert!(said.contains("No setting measured reaches 98 dB"), "{said}");
+    assert_eq!(json(&folder.path().join("t.json"))["rows"], record["rows"]);
+    assert_eq!(image::open(folder.path().join("t.png")).expect("a PNG").width(), 1200);
+    tune(&["--variances", "0.01"]);
+    let more = json(&folder.path().join("t.json"))["rows"].as_array().expect("rows").clone();
+    assert!(more.len() > rows.len() && more[..rows.len()] == rows[..]);
+    let other = octetra(folder.path(), &[&["tune", "--quick"], &swept[..]].concat());
+    let error = String::from_utf8_lossy(&other.stderr).into_owned();
+    assert!(other.status.code() == Some(1) && error.contains("t.json: holds measurements of another mesh"), "{error}");
 }
 
 #[test]
@@ -145,6 +185,8 @@ fn wrong_usage_has_its_own_status() {
         &["render", "--mode", "mip"],
         &["render", "--boundary", "mesh"],
         &["render", "a.vtu", "b.vtu"],
+        &["tune", "--chart", "a.jpg"],
+        &["tune", "--budget", "much"],
     ] {
         assert_eq!(octetra(folder.path(), args).status.code(), Some(2), "{args:?}");
     }

@@ -8,7 +8,7 @@ const LAYERS: [&[&str]; 8] = [
     &["geometry", "progress"],
     &["mesh", "view", "image"],
     &["optics", "format", "octree", "exact"],
-    &["cpu", "gpu"],
+    &["cpu", "gpu", "compare"],
     &["render"],
     &["study"],
     &["app"],

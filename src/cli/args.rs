@@ -176,6 +176,38 @@ impl OctreeArgs {
     }
 }
 
+/// Flags that [`OctreeArgs`] reads as these parameters: depth and tolerance, or V and W, and what else differs from the default; the name
+/// of a preset that is not told by a tolerance.
+pub fn threshold_flags(params: &OctreeParams) -> Vec<String> {
+    let by_thresholds = params.tolerance.is_none();
+    let preset = Preset::ALL.iter().find(|(_, preset)| by_thresholds && preset.params() == *params);
+    if let Some((name, _)) = preset {
+        return vec!["--preset".into(), (*name).into()];
+    }
+    // Naming V or W turns a default tolerance off.
+    let base = if by_thresholds { OctreeParams::default().by_thresholds() } else { OctreeParams::default() };
+    let name = |value: &dyn std::fmt::Debug| format!("{value:?}").to_lowercase();
+    let flags = [
+        ("--max-depth", Some(params.max_depth.to_string())),
+        ("--tolerance", params.tolerance.map(|r| r.to_string())),
+        ("--max-leaf-tets", (by_thresholds || params.max_leaf_tets != base.max_leaf_tets).then(|| params.max_leaf_tets.to_string())),
+        (
+            "--max-leaf-variance",
+            (by_thresholds || params.max_leaf_variance != base.max_leaf_variance).then(|| params.max_leaf_variance.to_string()),
+        ),
+        (
+            "--initial-cell-tets",
+            (params.initial_depth.is_none() && params.initial_cell_tets != base.initial_cell_tets)
+                .then(|| params.initial_cell_tets.to_string()),
+        ),
+        ("--initial-depth", params.initial_depth.map(|d| d.to_string())),
+        ("--sampling", (params.sampling != base.sampling).then(|| name(&params.sampling))),
+        ("--boundary", (params.boundary != base.boundary).then(|| name(&params.boundary))),
+        ("--reconstruction", (params.reconstruction != base.reconstruction).then(|| name(&params.reconstruction))),
+    ];
+    flags.into_iter().filter_map(|(flag, value)| Some([flag.to_owned(), value?])).flatten().collect()
+}
+
 /// Camera, transfer function, march.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "View")]
@@ -249,16 +281,6 @@ impl From<DeviceArg> for DeviceChoice {
 }
 
 impl ViewArgs {
-    /// The transfer function, read and checked.
-    fn transfer_function(&self) -> Result<TransferFunction> {
-        if TransferFunction::PRESETS.contains(&self.tf.as_str()) || !(self.tf.contains(['.', '/']) || Path::new(&self.tf).exists()) {
-            return Ok(TransferFunction::preset(&self.tf)?);
-        }
-        let tf: TransferFunction = read_json(Path::new(&self.tf), "a transfer function")?;
-        tf.validate().with_context(|| self.tf.clone())?;
-        Ok(tf)
-    }
-
     /// The camera file, if one was named.
     fn camera_file(&self) -> Result<Option<Camera>> {
         self.camera.as_deref().map(|path| read_json(path, "a camera")).transpose()
@@ -266,7 +288,7 @@ impl ViewArgs {
 
     /// The files that a view is made from, read and checked before any long work.
     pub fn files(&self) -> Result<(TransferFunction, Option<Camera>)> {
-        Ok((self.transfer_function()?, self.camera_file()?))
+        Ok((read_transfer_function(&self.tf)?, self.camera_file()?))
     }
 
     /// The view of a mesh.
@@ -288,6 +310,16 @@ impl ViewArgs {
     }
 }
 
+/// The transfer function that `--tf` names, a preset or a file; read and checked.
+pub fn read_transfer_function(name: &str) -> Result<TransferFunction> {
+    if TransferFunction::PRESETS.contains(&name) || !(name.contains(['.', '/']) || Path::new(name).exists()) {
+        return Ok(TransferFunction::preset(name)?);
+    }
+    let tf: TransferFunction = read_json(Path::new(name), "a transfer function")?;
+    tf.validate().with_context(|| name.to_owned())?;
+    Ok(tf)
+}
+
 /// Reads a JSON file; errors name file, line and column.
 fn read_json<T: serde::de::DeserializeOwned>(path: &Path, what: &str) -> Result<T> {
     let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
@@ -296,11 +328,17 @@ fn read_json<T: serde::de::DeserializeOwned>(path: &Path, what: &str) -> Result<
 
 /// Fails early if outputs cannot be written where they are to go, or if one would overwrite another or the mesh.
 pub fn check_outputs(mesh: &MeshArgs, outputs: &[Option<&PathBuf>]) -> Result<()> {
+    let inputs: Vec<(&Path, &str)> = mesh.mesh.iter().map(|mesh| (mesh.as_path(), "the mesh")).collect();
+    check_outputs_beside(&inputs, outputs)
+}
+
+/// Fails early if outputs cannot be written where they are to go, or if one would overwrite another or an input, which is named as told.
+pub fn check_outputs_beside(inputs: &[(&Path, &str)], outputs: &[Option<&PathBuf>]) -> Result<()> {
     let same = |a: &Path, b: &Path| a == b || a.canonicalize().ok().is_some_and(|a| b.canonicalize().ok() == Some(a));
     let outputs: Vec<&Path> = outputs.iter().flatten().map(|path| path.as_path()).collect();
     for (i, &path) in outputs.iter().enumerate() {
-        if mesh.mesh.as_deref().is_some_and(|mesh| same(mesh, path)) {
-            bail!("{}: is the mesh, an output would overwrite it", path.display());
+        if let Some((_, what)) = inputs.iter().find(|(input, _)| same(input, path)) {
+            bail!("{}: is {what}, an output would overwrite it", path.display());
         }
         if outputs[..i].iter().any(|other| same(other, path)) {
             bail!("{}: two outputs would go to this one file", path.display());
@@ -340,7 +378,7 @@ fn parse_component(text: &str) -> Result<Component, String> {
     }
 }
 
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
+pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let side = |t: &str| t.parse::<u32>().ok().filter(|n| (1..=32768).contains(n));
     let sides = match text.split_once('x') {
         Some((w, h)) => side(w).zip(side(h)),
@@ -349,15 +387,17 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
     sides.map(|(w, h)| [w, h]).ok_or_else(|| "expected N or WxH with sides of 1 to 32768 pixels".into())
 }
 
-fn parse_number(text: &str, valid: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
+/// A finite number that is valid, or an error that says what was expected.
+pub fn parse_number(text: &str, valid: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
     text.parse::<f64>().ok().filter(|v| v.is_finite() && valid(*v)).ok_or_else(|| format!("expected {expected}"))
 }
 
-fn parse_positive(text: &str) -> Result<f64, String> {
+pub fn parse_positive(text: &str) -> Result<f64, String> {
     parse_number(text, |v| v > 0.0, "a number above 0")
 }
 
-fn parse_not_negative(text: &str) -> Result<f64, String> {
+/// A number from 0.
+pub fn parse_not_negative(text: &str) -> Result<f64, String> {
     parse_number(text, |v| v >= 0.0, "a number from 0")
 }
 
@@ -367,7 +407,7 @@ pub fn parse_color(text: &str) -> Result<[f32; 3], String> {
     <[f32; 3]>::try_from(parts).ok().filter(|_| text.matches(',').count() == 2).ok_or_else(|| "expected R,G,B, each in [0, 1]".into())
 }
 
-fn parse_bytes(text: &str) -> Result<u64, String> {
+pub fn parse_bytes(text: &str) -> Result<u64, String> {
     let (digits, unit) = text.split_at(text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len()));
     let shift = match unit.trim() {
         "" | "B" => 0,
@@ -382,6 +422,25 @@ fn parse_bytes(text: &str) -> Result<u64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::tune::Plan;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Thresholds {
+        #[command(flatten)]
+        octree: OctreeArgs,
+    }
+
+    #[test]
+    fn flags_stand_for_what_they_were_made_from() {
+        let odd = OctreeParams { initial_depth: Some(3), sampling: Sampling::Average, boundary: Boundary::Cells, ..Default::default() };
+        let both = OctreeParams { tolerance: Some(1e-7), max_leaf_tets: 5, initial_cell_tets: 7.5, ..Default::default() };
+        for params in [Plan::full().settings(), vec![odd, both]].concat() {
+            let flags = threshold_flags(&params);
+            let back = Thresholds::parse_from(std::iter::once("x".to_owned()).chain(flags.clone())).octree.params();
+            assert_eq!(back, params, "{flags:?}");
+        }
+    }
 
     #[test]
     fn values_are_read_as_people_write_them() {

@@ -2,12 +2,14 @@
 
 mod args;
 mod bench;
+mod compare;
 mod generate;
 mod info;
 mod long_work;
 mod regularize;
 mod render;
 mod report;
+mod tune;
 mod view;
 
 use clap::{Parser, Subcommand};
@@ -29,6 +31,7 @@ Examples:
   octetra render flow.vtu --array pressure --orbit 3 --size 1024x768
   octetra flow.vtu                                  the window
   octetra info flow.vtu                             what a file holds
+  octetra compare exact.png octree.png              how far one picture is from another
 
 Exit status: 0 done, 1 it could not be done (one line says why), 2 wrong usage.";
 
@@ -42,7 +45,10 @@ enum Command {
     Info(info::InfoCommand),
     /// Build the octree and write its texture for other programs
     Regularize(regularize::RegularizeCommand),
-
+    /// Say how far an image is from a reference: PSNR, SSIM, FLIP, a difference map
+    Compare(compare::CompareCommand),
+    /// Find the thresholds to take: sweep them, measure error, size and time, recommend
+    Tune(tune::TuneCommand),
     /// Measure build and frame times, with the paper's figures beside
     Bench(bench::BenchCommand),
     /// Make a mesh that carries a known field
@@ -57,6 +63,8 @@ impl Cli {
             Some(Command::View(command)) => command.run(),
             Some(Command::Info(command)) => command.run(),
             Some(Command::Regularize(command)) => command.run(),
+            Some(Command::Compare(command)) => command.run(),
+            Some(Command::Tune(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
             Some(Command::Generate(command)) => command.run(),
             None => self.view.run(),

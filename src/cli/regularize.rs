@@ -2,9 +2,11 @@
 
 use super::args::{MeshArgs, OctreeArgs, check_outputs};
 use super::long_work::with_bar;
+use super::render::measure_error;
 use super::report::Report;
 use crate::image::{write_atomically, write_values_npy};
 use crate::octree::{OctreeTexture, regularize};
+use crate::study::FieldError;
 use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
@@ -51,6 +53,7 @@ impl RegularizeCommand {
         let seconds = start.elapsed().as_secs_f64();
         report.set("time", "regularize", seconds);
         report.octree(&tree, &texture);
+        let error = measure_error(&mesh, &field, &texture, tree.params.tolerance, &mut report)?;
 
         if let (Some(path), Some(description)) = (&self.texture, &description) {
             let size = texture.size();
@@ -75,7 +78,37 @@ impl RegularizeCommand {
             tree.empty_count()
         )?;
         writeln!(out, "texture  {} texels, {:.2} MiB", texture.size(), texture.bytes() as f64 / f64::from(1 << 20))?;
+        writeln!(out, "error    {}", in_words(&error))?;
         writeln!(out, "time     {seconds:.3} s")?;
         Ok(())
+    }
+}
+
+/// The measured error as one line.
+fn in_words(error: &FieldError) -> String {
+    let f = error.by_volume;
+    if f.points == 0 {
+        return "not measured: the octree is empty".into();
+    }
+    let at = f.max_at.map_or(String::new(), |at| format!(" at ({:.4}, {:.4}, {:.4})", at.x, at.y, at.z));
+    let uncovered = if f.uncovered > 0.0 { format!(", {} of the volume empty", percent(f.uncovered)) } else { String::new() };
+    format!("rmse {}, max {}{at}, PSNR {:.1} dB{uncovered}", percent(f.rmse_rel), percent(f.max_rel), f.psnr_db)
+}
+
+/// A share in percent, with two digits that count.
+fn percent(share: f64) -> String {
+    let percent = share * 100.0;
+    let digits = if percent > 0.0 { (1.0 - percent.log10().floor()).clamp(0.0, 9.0) as usize } else { 0 };
+    format!("{percent:.digits$} %")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_keep_two_digits() {
+        let said = [0.0, 0.5, 0.031, 0.00124, 1.0, 5.2e-8].map(percent);
+        assert_eq!(said, ["0 %", "50 %", "3.1 %", "0.12 %", "100 %", "0.0000052 %"]);
     }
 }

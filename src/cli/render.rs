@@ -7,6 +7,7 @@ use crate::image::{Background, write_npy, write_png};
 use crate::mesh::{ScalarField, TetMesh};
 use crate::octree::{OctreeTexture, regularize};
 use crate::render::{Renderer, Scene};
+use crate::study::{ErrorSampling, FieldError};
 use anyhow::Result;
 use clap::Args;
 use serde_json::json;
@@ -96,6 +97,9 @@ impl RenderCommand {
         let texture = OctreeTexture::encode(&tree)?;
         report.set("time", "regularize", start.elapsed().as_secs_f64());
         report.octree(&tree, &texture);
+        if self.stats.is_some() {
+            measure_error(mesh, field, &texture, tree.params.tolerance, report)?;
+        }
         let start = Instant::now();
         let surface = tree.params.surface(mesh, field);
         if let Some(surface) = &surface {
@@ -107,6 +111,21 @@ impl RenderCommand {
         report.set("time", "upload", upload_s);
         Ok(scene)
     }
+}
+
+/// Measures how far the octree is from the field, and reports it.
+pub fn measure_error(
+    mesh: &TetMesh,
+    field: &ScalarField,
+    texture: &OctreeTexture,
+    tolerance: Option<f64>,
+    report: &mut Report,
+) -> Result<FieldError> {
+    let start = Instant::now();
+    let sampling = ErrorSampling { tolerance, ..Default::default() };
+    let error = with_bar(|progress| FieldError::measure(mesh, field, texture, &sampling, progress))?;
+    report.error(&error, start.elapsed().as_secs_f64());
+    Ok(error)
 }
 
 /// Says once that the CPU draws because no GPU can.

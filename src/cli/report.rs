@@ -5,6 +5,7 @@ use crate::image::write_atomically;
 use crate::mesh::{Component, ScalarField, TetMesh};
 use crate::octree::{Octree, OctreeTexture};
 use crate::render::{Picture, Renderer, Scene};
+use crate::study::{ErrorFigures, FieldError};
 use crate::view::View;
 use anyhow::{Context, Result};
 use serde_json::{Map, Value, json};
@@ -25,8 +26,11 @@ impl Report {
             "octree": { "nodes": null, "leaves": null, "empty": null, "leaves_by_depth": null, "bytes": null },
             "boundary": { "bytes": 0 },
             "exact": { "bytes": null },
-            "error": { "rmse_rel": null, "max_rel": null, "bound_rel": null },
-            "time": { "load": load_s, "regularize": null, "upload": null, "frame": null, "frame_gpu": null, "intervals_gpu": null },
+            "error": {
+                "rmse_rel": null, "max_rel": null, "bound_rel": null, "psnr_db": null, "p99_rel": null, "p999_rel": null,
+                "uncovered": null, "max_at": null, "above_tolerance": null, "points": null, "seed": null, "by_tet": null,
+            },
+            "time": { "load": load_s, "regularize": null, "error": null, "upload": null, "frame": null, "frame_gpu": null, "intervals_gpu": null },
             "samples": { "taken": null, "needed": null },
             "adapter": { "name": "CPU", "backend": null, "driver": null },
             "params": null,
@@ -48,6 +52,23 @@ impl Report {
             "nodes": tree.node_count(), "leaves": tree.leaf_count(), "empty": tree.empty_count(),
             "leaves_by_depth": tree.leaves_by_depth(), "bytes": texture.bytes(),
         });
+    }
+
+    /// The measured error of the octree, and the seconds that measuring took. Over the volume; over the tets under `by_tet`.
+    pub fn error(&mut self, error: &FieldError, seconds: f64) {
+        let figures = |f: &ErrorFigures| {
+            json!({
+                "rmse_rel": f.rmse_rel, "max_rel": f.max_rel, "psnr_db": f.psnr_db, "p99_rel": f.p99_rel, "p999_rel": f.p999_rel,
+                "uncovered": f.uncovered, "max_at": f.max_at.map(|at| at.to_array()), "above_tolerance": f.above_tolerance,
+                "points": f.points,
+            })
+        };
+        if let (Value::Object(all), Value::Object(by_volume)) = (&mut self.0["error"], figures(&error.by_volume)) {
+            all.extend(by_volume);
+        }
+        self.set("error", "seed", error.sampling.seed);
+        self.set("error", "by_tet", figures(&error.by_tet));
+        self.set("time", "error", seconds);
     }
 
     /// The picture's numbers and the device's.

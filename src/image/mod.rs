@@ -2,7 +2,10 @@
 
 mod files;
 
-pub use files::{ImageError, read_npy, write_atomically, write_npy, write_png, write_values_npy};
+pub use files::{
+    ImageError, ImageFile, PixelValues, StoredImage, read_image, read_npy, read_png, write_atomically, write_bytes_png, write_npy,
+    write_png, write_values_npy,
+};
 
 /// An image of linear premultiplied RGBA, row 0 at the top.
 #[derive(Debug, Clone, PartialEq)]

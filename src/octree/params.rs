@@ -1,11 +1,11 @@
 //! The subdivision thresholds that users tune, and named presets of them.
 
 use crate::mesh::{BoundarySurface, ScalarField, TetMesh};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// How a leaf's value is found from its tets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Sampling {
     /// Inverse distance to the leaf's tets (method 1'): the linear value of the tet that holds the centre; outside the mesh, a smooth
@@ -19,7 +19,7 @@ pub enum Sampling {
 }
 
 /// What the field is between the samples of the octree.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Reconstruction {
     /// Samples at the corners of leaves, trilinear inside: without a jump across leaf faces, and exact for linear fields.
@@ -30,7 +30,7 @@ pub enum Reconstruction {
 }
 
 /// What a leaf is that the mesh's surface cuts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Boundary {
     /// Full if any tet overlaps it: the paper read literally.
@@ -43,7 +43,7 @@ pub enum Boundary {
 }
 
 /// The thresholds of the regularization (method 1.1).
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OctreeParams {
     /// U: the uniform depth d0 is the smallest d >= 1 with `tets / 8^d < U`. Above 0; smaller gives a deeper uniform start, which costs
     /// nodes and catches detail that V and W would stop at.

@@ -250,15 +250,20 @@ impl OctreeTexture {
         if !(unit.cmpge(DVec3::ZERO).all() && unit.cmplt(DVec3::ONE).all()) {
             return found;
         }
+        // The binary digits of the position name the child at each level.
+        let position = unit * f64::from(1u32 << self.depth);
+        let digits = position.as_uvec3();
         for depth in 1..=self.depth {
-            found.at *= 2.0;
-            let child = found.at.floor().min(DVec3::ONE);
-            found.at -= child;
-            let child = child.as_uvec3();
+            let shift = u32::from(self.depth - depth);
+            let child = (digits >> shift) & 1;
             found.depth = depth;
-            match self.node(found.block * 2 + child) {
+            match Node::decode(self.texels[self.texel_index(found.block * 2 + child)]).unwrap_or(Node::Empty) {
                 Node::Interior { block: next } => found.block = next,
-                node => return Found { node, child: child.x | child.y << 1 | child.z << 2, ..found },
+                node => {
+                    let cell = f64::from(1u32 << shift);
+                    let at = position / cell - (digits >> shift).as_dvec3();
+                    return Found { node, child: child.x | child.y << 1 | child.z << 2, at, ..found };
+                }
             }
         }
         found

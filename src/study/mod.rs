@@ -1,7 +1,12 @@
-//! What runs the rest many times and reports: builds and frames measured.
+//! What runs the rest many times and reports: the error of an octree, builds and frames measured, thresholds tuned.
 
 mod builds;
+mod chart;
+mod error;
 mod frames;
+pub mod tune;
 
 pub use builds::{Build, BuildError, PaperTable, thresholds_for};
+pub use chart::{Chart, ChartError};
+pub use error::{ErrorFigures, ErrorSampling, FieldError};
 pub use frames::{Frames, orbit_frames};
