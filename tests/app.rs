@@ -168,7 +168,7 @@ fn presets_are_marked_while_they_hold() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut window = open(folder.path());
     window.get_by_label("fast").click_accesskit();
-    settle(&mut window);
+    window.run_steps(2); // what they build is of no interest here
     assert_eq!(*window.state().params(), Preset::Fast.params());
     let marked = |window: &Window| {
         Preset::ALL
@@ -176,7 +176,7 @@ fn presets_are_marked_while_they_hold() {
     };
     assert_eq!(marked(&window), [false, true, false, false]);
     window.get_by_label("cells").click_accesskit();
-    settle(&mut window);
+    window.run_steps(2);
     assert_eq!(marked(&window), [false; 4]);
 }
 
@@ -220,7 +220,7 @@ fn the_error_is_stated_and_falls_with_the_tolerance() {
     window.get_by_role_and_label(Role::Label, &said);
     window.get_by_role_and_label(Role::Label, "Largest error");
 
-    window.state_mut().set_params(OctreeParams { max_depth: 7, tolerance: Some(0.01), ..OctreeParams::default() });
+    window.state_mut().set_params(OctreeParams { max_depth: 6, tolerance: Some(0.01), ..OctreeParams::default() });
     settle(&mut window);
     let fine = measured(&mut window);
     assert!(fine.by_volume.rmse_rel < 0.5 * coarse.by_volume.rmse_rel, "{fine:?}, before {coarse:?}");
@@ -279,14 +279,14 @@ fn thresholds_count_beside_the_exact_picture_too() {
 fn exact_looks_like_the_octree() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut window = open(folder.path());
-    window.state_mut().set_params(OctreeParams { max_depth: 7, max_leaf_tets: 1, max_leaf_variance: 1e-6, ..OctreeParams::default() });
+    window.state_mut().set_params(OctreeParams { max_depth: 6, tolerance: Some(0.01), ..OctreeParams::default() });
     settle(&mut window);
     let octree = picture(&mut window);
     window.get_by_label("exact").click();
     settle(&mut window);
     let exact = picture(&mut window);
     let difference = rms(&octree, &exact);
-    assert!(difference > 0.0 && difference < 6.0, "{difference} levels");
+    assert!(difference > 0.0 && difference < 3.0, "{difference} levels");
     window.get_by_label("octree").click();
     settle(&mut window);
     let back = rms(&octree, &picture(&mut window));

@@ -38,7 +38,7 @@ pub enum Measured {
     /// Being measured.
     Running(Job<Result<Accuracy>>),
     /// What was found.
-    Done(Accuracy),
+    Done(Box<Accuracy>),
     /// It could not be measured.
     Failed,
 }
@@ -134,7 +134,7 @@ impl OctreeStage {
                 Polled::Pending => {}
                 ended => {
                     self.accuracy = Measured::Failed;
-                    self.accuracy = Measured::Done(outcome(ended)?);
+                    self.accuracy = Measured::Done(Box::new(outcome(ended)?));
                 }
             },
         }

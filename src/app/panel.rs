@@ -3,7 +3,7 @@
 use super::navigate::AXES;
 use super::settings::{Transfer, component_label};
 use super::viewer::Viewer;
-use super::widgets::{choice, combo, mebibytes, number, row, rows, section, significant, thousands};
+use super::widgets::{choice, combo, mebibytes, number, numbers, row, rows, section, significant, thousands};
 use crate::mesh::{Component, DataArray};
 use crate::view::{RendererKind, Steps, TransferFunction};
 use egui::{Color32, RichText, Slider, Ui, pos2, vec2};
@@ -11,7 +11,7 @@ use egui::{Color32, RichText, Slider, Ui, pos2, vec2};
 impl Viewer {
     /// All of the panel.
     pub(super) fn panel(&mut self, ui: &mut Ui) {
-        ui.spacing_mut().slider_width = 110.0;
+        ui.spacing_mut().slider_width = 100.0;
         ui.spacing_mut().combo_width = 172.0;
         self.octree.held = false; // the slider that is says so
         ui.add_space(6.0);
@@ -21,6 +21,7 @@ impl Viewer {
         section(ui, "Picture", |ui| self.picture_settings(ui));
         section(ui, "Octree", |ui| self.thresholds(ui));
         section(ui, "Accuracy", |ui| self.accuracy(ui));
+        section(ui, "Size", |ui| self.size(ui));
         section(ui, "Camera", |ui| self.camera(ui));
         section(ui, "Mesh", |ui| self.mesh_numbers(ui));
         ui.add_space(8.0);
@@ -140,7 +141,7 @@ impl Viewer {
 
     fn mesh_numbers(&self, ui: &mut Ui) {
         let mesh = &self.document.mesh;
-        rows(ui, "mesh", |ui| {
+        numbers(ui, "mesh", |ui| {
             number(ui, "Points", thousands(mesh.points().len()));
             number(ui, "Tets", thousands(mesh.tets().len()));
             number(ui, "Zero volume", thousands(mesh.zero_volume_count()));

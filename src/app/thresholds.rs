@@ -3,7 +3,7 @@
 use super::model::Accuracy;
 use super::octree_stage::Measured;
 use super::viewer::Viewer;
-use super::widgets::{choice, explained, mebibytes, number, percent, position, row, rows, thousands};
+use super::widgets::{choice, duration, explained, mebibytes, number, numbers, percent, position, row, rows, thousands};
 use crate::octree::{Boundary, OctreeParams, Preset, Reconstruction, Sampling};
 use egui::{Grid, RichText, Slider, SliderClamping, Ui, vec2};
 
@@ -53,20 +53,20 @@ impl Viewer {
             choice(ui, "Sampling", "What a sample is", &mut params.sampling, &SAMPLINGS);
             sliders || depth
         });
-        self.octree_numbers_grid(ui);
     }
 
-    fn octree_numbers_grid(&self, ui: &mut Ui) {
-        let Some(model) = &self.octree.model else { return };
-        ui.add_space(4.0);
+    /// What the octree takes.
+    pub(super) fn size(&self, ui: &mut Ui) {
+        let Some(model) = &self.octree.model else { return drop(ui.weak("no octree yet")) };
         let uniform = model.params.uniform_depth(self.document.mesh.tets().len() - self.document.mesh.zero_volume_count());
-        rows(ui, "octree numbers", |ui| {
+        numbers(ui, "size", |ui| {
             number(ui, "Nodes", thousands(model.nodes));
             explained(ui, "Octree", mebibytes(model.bytes), "On the device: nodes, and bricks of samples where they are blended");
             let surface = model.surface.as_ref().map_or("not used".into(), |surface| mebibytes(surface.bytes()));
             explained(ui, "Surface", surface, "On the device beside it: the mesh's surface, that rays are cut to");
             explained(ui, "Uniform to", format!("depth {uniform}"), "Down to there all cells that hold tets are divided");
-            number(ui, "Build, upload", format!("{:.0} ms, {:.1} ms", model.build_s * 1e3, model.upload_s * 1e3));
+            let times = format!("{}, {}", duration(model.build_s), duration(model.upload_s));
+            explained(ui, "Build, upload", times, "From the mesh in memory to the octree, and on to the device with the surface");
         });
         ui.add_space(4.0);
         ui.weak("Leaves by depth");
@@ -85,7 +85,8 @@ impl Viewer {
             Measured::Waiting => drop(ui.weak("measured when the octree is built")),
             Measured::Failed => drop(ui.weak("could not be measured")),
         }
-        let Some(model) = &self.octree.model else { return };
+        // What is built while a slider is held may be less deep than is asked for.
+        let Some(model) = self.octree.model.as_ref().filter(|_| !self.octree.held) else { return };
         let (Some(unmet), Some(tolerance)) = (model.unmet, model.params.tolerance) else { return };
         let at = position(unmet.at + self.document.mesh.center());
         let tip = format!(
@@ -95,9 +96,9 @@ impl Viewer {
             percent(tolerance),
             percent(f64::from(unmet.worst_rel)),
         );
-        rows(ui, "unmet", |ui| {
+        numbers(ui, "unmet", |ui| {
             let text = format!("{} leaves, worst {}", thousands(unmet.leaves), percent(f64::from(unmet.worst_rel)));
-            explained(ui, "Not met in", RichText::new(text).color(ui.visuals().warn_fg_color), &tip);
+            explained(ui, "Not met in", text, &tip);
         });
     }
 }
@@ -150,7 +151,7 @@ fn figures(ui: &mut Ui, accuracy: &Accuracy) {
         return;
     }
     let points = thousands(accuracy.error.sampling.points);
-    rows(ui, "accuracy", |ui| {
+    numbers(ui, "accuracy", |ui| {
         let tip =
             format!("Root mean square difference of octree and mesh at {points} points spread over the volume, in percent of the range");
         explained(ui, "RMSE", percent(error.rmse_rel), &tip);
@@ -212,9 +213,13 @@ mod tests {
     #[test]
     fn percentages_are_read_as_they_are_written() {
         assert_eq!(["2", "2 %", " 2%", "0.5 %", "x", ""].map(parse_percent), [Some(0.02), Some(0.02), Some(0.02), Some(0.005), None, None]);
+    }
+
+    #[test]
+    fn presets_are_what_their_tips_say() {
         for (_, preset) in Preset::ALL {
             let Some(tolerance) = preset.params().tolerance else { continue };
-            assert!(preset_tip(preset).contains(&percent(tolerance).replace(" %", "")), "{preset:?}");
+            assert!(preset_tip(preset).contains(&format!("tolerance {} %", tolerance * 100.0)), "{preset:?}");
             assert!(preset_tip(preset).contains(&format!("depth {}", preset.params().max_depth)), "{preset:?}");
         }
     }

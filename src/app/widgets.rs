@@ -16,6 +16,12 @@ pub fn rows<R>(ui: &mut Ui, id: &str, contents: impl FnOnce(&mut Ui) -> R) -> R 
     Grid::new(id).num_columns(2).min_col_width(NAMES).spacing([8.0, 4.0]).show(ui, contents).inner
 }
 
+/// Rows of numbers to read, closer together.
+pub fn numbers<R>(ui: &mut Ui, id: &str, contents: impl FnOnce(&mut Ui) -> R) -> R {
+    let grid = Grid::new(id).num_columns(2).min_col_width(NAMES).min_row_height(15.0).spacing([8.0, 2.0]);
+    grid.show(ui, contents).inner
+}
+
 /// A name and a widget.
 pub fn row(ui: &mut Ui, name: &str, tip: &str, widget: impl egui::Widget) -> Response {
     let label = ui.label(name).on_hover_text(tip);
@@ -79,6 +85,15 @@ pub fn significant(value: f64) -> String {
     format!("{value:.*}", 5usize.saturating_sub(before_point))
 }
 
+/// Seconds, in milliseconds where they are few.
+pub fn duration(seconds: f64) -> String {
+    match seconds * 1e3 {
+        ms if ms < 10.0 => format!("{ms:.1} ms"),
+        ms if ms < 1000.0 => format!("{ms:.0} ms"),
+        _ => format!("{seconds:.1} s"),
+    }
+}
+
 /// A share in percent, with two significant digits.
 pub fn percent(share: f64) -> String {
     let percent = share * 100.0;
@@ -99,6 +114,7 @@ mod tests {
     fn numbers_are_short_and_legible() {
         assert_eq!([0, 999, 1000, 1_234_567].map(thousands), ["0", "999", "1 000", "1 234 567"]);
         assert_eq!([0.0, 4.9775, -123.456, 1234567.0, 2.5e-7].map(significant), ["0.0000", "4.9775", "-123.46", "1.2346e6", "2.5000e-7"]);
+        assert_eq!([0.0031, 0.0312, 1.25, 70.0].map(duration), ["3.1 ms", "31 ms", "1.2 s", "70.0 s"]);
         assert_eq!([0.0, 0.5, 0.031, 0.00124, 1.0].map(percent), ["0 %", "50 %", "3.1 %", "0.12 %", "100 %"]);
     }
 }
