@@ -133,11 +133,30 @@ impl OctreeStage {
             Measured::Running(job) => match job.poll() {
                 Polled::Pending => {}
                 ended => {
-                    self.accuracy = Measured::Failed;
+                    self.accuracy = Measured::Failed; // unless it was not
                     self.accuracy = Measured::Done(Box::new(outcome(ended)?));
                 }
             },
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_held_slider_builds_no_deeper_than_fast_what_takes_long() {
+        let asked = Preset::Fine.params();
+        let mut stage = OctreeStage::new(ErrorSampling::default());
+        stage.full_s = 2.0 * HELD_S;
+        assert_eq!(stage.affordable(&asked), asked, "at rest all that is asked for");
+        stage.held = true;
+        assert_eq!(stage.affordable(&asked), OctreeParams { max_depth: 7, ..asked.clone() });
+        let shallow = OctreeParams { max_depth: 3, ..asked.clone() };
+        assert_eq!(stage.affordable(&shallow), shallow);
+        stage.full_s = 0.5 * HELD_S;
+        assert_eq!(stage.affordable(&asked), asked, "quick enough in full");
     }
 }
