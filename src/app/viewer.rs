@@ -299,7 +299,7 @@ impl Viewer {
                 }
             }
         }
-        if self.activity().is_some() {
+        if self.activity().is_some() || matches!(self.octree.accuracy, Measured::Running(_)) {
             ctx.request_repaint_after(BAR);
         }
     }
