@@ -6,6 +6,7 @@
 //! ```text
 //! file ─format─▶ TetMesh ─octree::regularize─▶ Octree ─OctreeTexture::encode─▶ OctreeTexture ─gpu─▶ GPU march ─▶ Image
 //!                   │                                                               └─────────cpu─▶ CPU march ─▶ Image
+//!                   ├─CompactMesh─gpu (tet by tet, f32)────────────────────────────────────────────────────────▶ Image
 //!                   └─exact (ray by ray, f64)──────────────────────────────────────────────────────────────────▶ Image
 //!
 //! Image, Image ─compare─▶ numbers, difference map

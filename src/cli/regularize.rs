@@ -2,12 +2,12 @@
 
 use super::args::{MeshArgs, OctreeArgs, check_outputs};
 use super::long_work::with_bar;
-use super::render::measure_error;
+use super::render::{measure_error, unmet_in_words};
 use super::report::Report;
 use crate::image::{write_atomically, write_values_npy};
-use crate::octree::{OctreeTexture, regularize};
+use crate::octree::{LATTICE, OctreeTexture, regularize};
 use crate::study::FieldError;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use serde_json::json;
 use std::io::Write;
@@ -30,6 +30,9 @@ pub struct RegularizeCommand {
     /// Write the octree texture, and its description as JSON under the same name
     #[arg(long, value_name = "OUT.npy", help_heading = "Output")]
     texture: Option<PathBuf>,
+    /// Write the samples at the children's corners: float32 of shape (blocks, 3, 3, 3), z slowest, in the texture's order of blocks
+    #[arg(long, value_name = "OUT.npy", help_heading = "Output")]
+    corners: Option<PathBuf>,
     /// Write what was measured
     #[arg(long, value_name = "OUT.json", help_heading = "Output")]
     stats: Option<PathBuf>,
@@ -39,7 +42,7 @@ impl RegularizeCommand {
     /// Reads, regularizes, writes, and says what came out.
     pub fn run(self) -> Result<()> {
         let description = self.texture.as_ref().map(|path| path.with_extension("json"));
-        check_outputs(&self.mesh, &[self.texture.as_ref(), description.as_ref(), self.stats.as_ref()])?;
+        check_outputs(&self.mesh, &[self.texture.as_ref(), description.as_ref(), self.corners.as_ref(), self.stats.as_ref()])?;
         let start = Instant::now();
         let mesh = self.mesh.read()?;
         let field = self.mesh.field(&mesh)?;
@@ -52,8 +55,8 @@ impl RegularizeCommand {
         let texture = OctreeTexture::encode(&tree)?;
         let seconds = start.elapsed().as_secs_f64();
         report.set("time", "regularize", seconds);
-        report.octree(&tree, &texture);
-        let error = measure_error(&mesh, &field, &texture, tree.params.tolerance, &mut report)?;
+        report.octree(&tree, &texture, mesh.center());
+        let (error, bound) = measure_error(&mesh, &field, &texture, tree.params.tolerance, &mut report)?;
 
         if let (Some(path), Some(description)) = (&self.texture, &description) {
             let size = texture.size();
@@ -67,6 +70,12 @@ impl RegularizeCommand {
             let text = serde_json::to_string_pretty(&about).context("the description as JSON")? + "\n";
             write_atomically(description, |out| out.write_all(text.as_bytes())).with_context(|| description.display().to_string())?;
         }
+        if let Some(path) = &self.corners {
+            ensure!(!texture.bricks().is_empty(), "there are no samples at corners with --reconstruction leaf");
+            let samples: Vec<f32> = texture.bricks().iter().flat_map(|brick| (0..LATTICE).map(|i| brick.get(i))).collect();
+            let shape = [texture.bricks().len() as u64, 3, 3, 3];
+            write_values_npy(path, &shape, &samples).with_context(|| path.display().to_string())?;
+        }
         self.stats.as_deref().map(|path| report.write(path)).transpose()?;
         let mut out = std::io::stdout().lock();
         writeln!(
@@ -79,6 +88,10 @@ impl RegularizeCommand {
         )?;
         writeln!(out, "texture  {} texels, {:.2} MiB", texture.size(), texture.bytes() as f64 / f64::from(1 << 20))?;
         writeln!(out, "error    {}", in_words(&error))?;
+        writeln!(out, "bound    {} nowhere exceeded", percent(bound.bound_rel))?;
+        if let Some(unmet) = &tree.unmet {
+            writeln!(out, "unmet    {}", unmet_in_words(unmet, mesh.center()))?;
+        }
         writeln!(out, "time     {seconds:.3} s")?;
         Ok(())
     }

@@ -5,11 +5,12 @@ use super::long_work::with_bar;
 use super::report::Report;
 use crate::image::{Background, write_npy, write_png};
 use crate::mesh::{ScalarField, TetMesh};
-use crate::octree::{OctreeTexture, regularize};
+use crate::octree::{ErrorBound, OctreeTexture, Unmet, error_bound, regularize};
 use crate::render::{Renderer, Scene};
 use crate::study::{ErrorSampling, FieldError};
 use anyhow::Result;
 use clap::Args;
+use glam::DVec3;
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
@@ -92,11 +93,14 @@ impl RenderCommand {
         let start = Instant::now();
         let tree = with_bar(|progress| regularize(mesh, field, &self.octree.params(), progress))?;
         if tree.leaf_count() == 0 {
-            note("no leaf's centre lies in the mesh, the picture is empty; try --boundary cells or a larger --initial-depth");
+            note("no leaf's centre lies in the mesh, the picture is empty; --boundary mesh draws it");
         }
         let texture = OctreeTexture::encode(&tree)?;
         report.set("time", "regularize", start.elapsed().as_secs_f64());
-        report.octree(&tree, &texture);
+        report.octree(&tree, &texture, mesh.center());
+        if let (Some(unmet), Some(_)) = (&tree.unmet, self.octree.tolerance) {
+            note(&unmet_in_words(unmet, mesh.center()));
+        }
         if self.stats.is_some() {
             measure_error(mesh, field, &texture, tree.params.tolerance, report)?;
         }
@@ -113,19 +117,34 @@ impl RenderCommand {
     }
 }
 
-/// Measures how far the octree is from the field, and reports it.
+/// Measures how far the octree is from the field, and bounds it; reports both.
 pub fn measure_error(
     mesh: &TetMesh,
     field: &ScalarField,
     texture: &OctreeTexture,
     tolerance: Option<f64>,
     report: &mut Report,
-) -> Result<FieldError> {
+) -> Result<(FieldError, ErrorBound)> {
     let start = Instant::now();
     let sampling = ErrorSampling { tolerance, ..Default::default() };
     let error = with_bar(|progress| FieldError::measure(mesh, field, texture, &sampling, progress))?;
-    report.error(&error, start.elapsed().as_secs_f64());
-    Ok(error)
+    let measured = Instant::now();
+    let bound = with_bar(|progress| error_bound(mesh, field, texture, progress))?;
+    report.error(&error, (measured - start).as_secs_f64());
+    report.set("error", "bound_rel", bound.bound_rel);
+    report.set("error", "bound_at", (bound.at + mesh.center()).to_array().to_vec());
+    report.set("time", "bound", measured.elapsed().as_secs_f64());
+    Ok((error, bound))
+}
+
+/// Where a tolerance is not met.
+pub fn unmet_in_words(unmet: &Unmet, center: DVec3) -> String {
+    let at = unmet.at + center;
+    let (percent, leaves) = (f64::from(unmet.worst_rel) * 100.0, unmet.leaves);
+    format!(
+        "the tolerance is not met in {leaves} leaves of the greatest depth; the worst, at ({:.4}, {:.4}, {:.4}), may be off by {percent:.2} % of the range",
+        at.x, at.y, at.z
+    )
 }
 
 /// Says once that the CPU draws because no GPU can.

@@ -8,6 +8,7 @@ use crate::render::{Picture, Renderer, Scene};
 use crate::study::{ErrorFigures, FieldError};
 use crate::view::View;
 use anyhow::{Context, Result};
+use glam::DVec3;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
@@ -27,10 +28,10 @@ impl Report {
             "boundary": { "bytes": 0 },
             "exact": { "bytes": null },
             "error": {
-                "rmse_rel": null, "max_rel": null, "bound_rel": null, "psnr_db": null, "p99_rel": null, "p999_rel": null,
+                "rmse_rel": null, "max_rel": null, "bound_rel": null, "bound_at": null, "psnr_db": null, "p99_rel": null, "p999_rel": null,
                 "uncovered": null, "max_at": null, "above_tolerance": null, "points": null, "seed": null, "by_tet": null,
             },
-            "time": { "load": load_s, "regularize": null, "error": null, "upload": null, "frame": null, "frame_gpu": null, "intervals_gpu": null },
+            "time": { "load": load_s, "regularize": null, "boundary": null, "error": null, "bound": null, "upload": null, "frame": null, "frame_gpu": null, "intervals_gpu": null },
             "samples": { "taken": null, "needed": null },
             "adapter": { "name": "CPU", "backend": null, "driver": null },
             "params": null,
@@ -46,11 +47,12 @@ impl Report {
         self.0[group][key] = value.into();
     }
 
-    /// The octree's numbers.
-    pub fn octree(&mut self, tree: &Octree, texture: &OctreeTexture) {
+    /// The octree's numbers; places become world positions by the mesh's centre.
+    pub fn octree(&mut self, tree: &Octree, texture: &OctreeTexture, center: DVec3) {
+        let unmet = tree.unmet.map(|u| json!({ "leaves": u.leaves, "worst_rel": u.worst_rel, "at": (u.at + center).to_array() }));
         self.0["octree"] = json!({
             "nodes": tree.node_count(), "leaves": tree.leaf_count(), "empty": tree.empty_count(),
-            "leaves_by_depth": tree.leaves_by_depth(), "bytes": texture.bytes(),
+            "leaves_by_depth": tree.leaves_by_depth(), "bytes": texture.bytes(), "unmet": unmet,
         });
     }
 

@@ -20,6 +20,13 @@ pub struct ExactMesh {
 }
 
 impl ExactMesh {
+    /// Whether the adapter can bind a mesh of so many tets, before one is sorted and linked in vain: its largest binding.
+    pub fn check_room(context: &Context, tets: usize) -> Result<(), GpuError> {
+        let what = || format!("a mesh of {tets} tets");
+        let limit = context.device.limits().max_storage_buffer_binding_size;
+        context.check_limit(what, 16 * tets as u64, "max_storage_buffer_binding_size", limit)
+    }
+
     /// Copies a mesh to the device. The largest binding is 16 bytes a tet: a software adapter's 128 MiB hold 8 million tets.
     pub fn upload(context: &Context, mesh: &CompactMesh) -> Result<Self, GpuError> {
         let what = || format!("a mesh of {} tets", mesh.tet_count());

@@ -2,6 +2,7 @@
 //!
 //! Tong & Xu, *High Accuracy in Visualization of Tetrahedral Volume Data Based on an Adaptive Octree*, 2014.
 
+mod bound;
 mod brick;
 mod lattice;
 mod params;
@@ -12,6 +13,7 @@ mod sampling;
 mod texture;
 mod tree;
 
+pub use bound::{ErrorBound, error_bound};
 pub use brick::{BRICK_WORDS, Brick, LATTICE, trilinear};
 pub use params::{Boundary, OctreeParams, ParamsError, Preset, Reconstruction, Sampling};
 pub use procedural::CellKind;

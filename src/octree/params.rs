@@ -110,7 +110,7 @@ impl Preset {
             initial_depth: None,
             max_leaf_tets: 0,
             max_leaf_variance: 0.0,
-            tolerance: Some(0.02),
+            tolerance: Some(0.03),
             max_depth: 9,
             sampling: Sampling::Tets,
             boundary: Boundary::Mesh,

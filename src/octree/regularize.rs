@@ -2,7 +2,7 @@
 
 use super::lattice::{Lattice, Sample};
 use super::resolve::resolve;
-use super::sampling::{Leaf, Scratch, Source};
+use super::sampling::{Leaf, Look, Scratch, Source};
 use super::{Level, Octree, OctreeParams, ParamsError, Reconstruction, Unmet};
 use crate::geometry::{TetPlanes, octants};
 use crate::mesh::{ScalarField, TetMesh};
@@ -335,7 +335,7 @@ impl Regularizer<'_> {
         }
         let meets = |tolerance: f64| {
             let tolerance = allowed_error(tolerance, depth);
-            local.error(&self.source, self.params.reconstruction, tolerance, tets, center, half, visited) <= tolerance
+            local.error(&self.source, self.params, Look::Close, tolerance, tets, center, half, visited) <= tolerance
         };
         if tolerance.is_some_and(meets) { Verdict::Leaf } else { Verdict::Interior }
     }
@@ -356,7 +356,7 @@ impl Regularizer<'_> {
         let Some(tolerance) = self.params.tolerance else { return };
         let tolerance = f64::from(allowed_error(tolerance, self.params.max_depth));
         let Scratch { local, visited, .. } = scratch;
-        let error = local.error(&self.source, self.params.reconstruction, f32::INFINITY, tets, center, half, visited);
+        let error = local.error(&self.source, self.params, Look::Quick, f32::INFINITY, tets, center, half, visited);
         if f64::from(error) <= tolerance {
             return;
         }
@@ -448,7 +448,7 @@ fn append(levels: &mut Vec<Growing>, later: Vec<Growing>) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Boundary, OctreeTexture, Sampling};
+    use super::super::{Boundary, OctreeTexture, Preset, Sampling};
     use super::*;
     use crate::geometry;
     use crate::mesh::{Association, MeshParts};
@@ -486,7 +486,8 @@ mod tests {
     }
 
     fn params(max_depth: u8) -> OctreeParams {
-        OctreeParams { max_depth, initial_cell_tets: 32.0, max_leaf_tets: 8, max_leaf_variance: 8e-4, ..OctreeParams::default() }
+        let paper = OctreeParams { sampling: Sampling::Tets, ..Preset::Paper.params() };
+        OctreeParams { max_depth, initial_cell_tets: 32.0, max_leaf_tets: 8, max_leaf_variance: 8e-4, ..paper }
     }
 
     /// Calls `see` with (level, leaf number in the level, depth, center) for each full leaf.
@@ -550,16 +551,23 @@ mod tests {
     fn the_same_bytes_for_any_number_of_threads() {
         let mesh = cube(9, 0.5); // 4374 tets: more than one task
         let field = field(&mesh, |p| (7.0 * p.x).sin() * p.y + p.z * p.z);
-        let params = OctreeParams {
+        let by_thresholds = OctreeParams {
             max_leaf_tets: 4,
             max_leaf_variance: 1e-4,
             sampling: Sampling::Vertices,
             boundary: Boundary::Cells,
             ..params(6)
         };
+        let by_tolerance = OctreeParams { tolerance: Some(0.02), max_depth: 6, ..OctreeParams::default() };
+        for params in [by_thresholds, by_tolerance] {
+            same_for_any_number_of_threads(&mesh, &field, &params);
+        }
+    }
+
+    fn same_for_any_number_of_threads(mesh: &TetMesh, field: &ScalarField, params: &OctreeParams) {
         let with_threads = |n| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("a pool");
-            pool.install(|| regularize(&mesh, &field, &params, &Progress::new()).expect("regularizes"))
+            pool.install(|| regularize(mesh, field, params, &Progress::new()).expect("regularizes"))
         };
         let one = with_threads(1);
         assert!(one.node_count() > 3000);

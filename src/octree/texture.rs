@@ -274,10 +274,7 @@ impl OctreeTexture {
     pub fn value_at(&self, unit: DVec3) -> Option<f32> {
         let Found { node, block, child, at, .. } = self.find(unit);
         let Node::Leaf { value, .. } = node else { return None };
-        if self.bricks.is_empty() {
-            return Some(value);
-        }
-        Some(trilinear(&self.bricks[self.block_number(block)].corners(child), at.as_vec3()))
+        Some(trilinear(&self.leaf_corners(block, child, value), at.as_vec3()))
     }
 
     /// The samples at the corners of the leaf that holds `unit` and the leaf's depth: what [`OctreeTexture::value_at`] interpolates between.
@@ -285,7 +282,12 @@ impl OctreeTexture {
     pub fn corners_at(&self, unit: DVec3) -> Option<([f32; 8], u8)> {
         let Found { node, depth, block, child, .. } = self.find(unit);
         let Node::Leaf { value, .. } = node else { return None };
-        Some((if self.bricks.is_empty() { [value; 8] } else { self.bricks[self.block_number(block)].corners(child) }, depth))
+        Some((self.leaf_corners(block, child, value), depth))
+    }
+
+    /// The samples at the corners of a leaf, child `i` of a block; all its value without bricks.
+    pub(super) fn leaf_corners(&self, block: UVec3, i: u32, value: f32) -> [f32; 8] {
+        if self.bricks.is_empty() { [value; 8] } else { self.bricks[self.block_number(block)].corners(i) }
     }
 
     /// The number of the block at a position in the pool.

@@ -135,10 +135,10 @@ impl Renderer {
     pub fn exact_scene(&self, mesh: &TetMesh, field: &ScalarField, progress: &Progress) -> Result<Scene, RenderError> {
         let mut fell_back = None;
         if let Some(gpu) = &self.gpu {
-            match ExactMesh::upload(&gpu.context, &CompactMesh::new(mesh, field, progress)?) {
+            match gpu.exact_mesh(mesh, field, progress) {
                 Ok(on_device) => return Ok(Scene::of(mesh, Data::ExactOnDevice { mesh: on_device, value_range: field.range })),
-                Err(reason @ (GpuError::TooLarge { .. } | GpuError::OutOfMemory)) => fell_back = Some(reason),
-                Err(error) => return Err(error.into()),
+                Err(RenderError::Gpu(reason @ (GpuError::TooLarge { .. } | GpuError::OutOfMemory))) => fell_back = Some(reason),
+                Err(error) => return Err(error),
             }
         }
         Ok(Scene { fell_back, ..Scene::of(mesh, Data::Exact(ExactScene::new(mesh, field, progress)?)) })
@@ -200,6 +200,13 @@ impl Renderer {
             }
         }
         Ok(FrameTimes { gpu_s: None, wall_s })
+    }
+}
+
+impl Gpu {
+    fn exact_mesh(&self, mesh: &TetMesh, field: &ScalarField, progress: &Progress) -> Result<ExactMesh, RenderError> {
+        ExactMesh::check_room(&self.context, mesh.tets().len())?;
+        Ok(ExactMesh::upload(&self.context, &CompactMesh::new(mesh, field, progress)?)?)
     }
 }
 
