@@ -219,6 +219,9 @@ fn the_error_is_stated_and_falls_with_the_tolerance() {
     let said = format!("{:.1} dB", coarse.by_volume.psnr_db);
     window.get_by_role_and_label(Role::Label, &said);
     window.get_by_role_and_label(Role::Label, "Largest error");
+    let bound = window.state().octree_numbers().and_then(|numbers| numbers.bound).expect("found with the error").bound_rel;
+    assert!(bound >= coarse.by_volume.max_rel.max(coarse.by_tet.max_rel), "{bound} bounds what was met");
+    window.get_by_role_and_label(Role::Label, "Bound");
 
     window.state_mut().set_params(OctreeParams { max_depth: 6, tolerance: Some(0.01), ..OctreeParams::default() });
     settle(&mut window);

@@ -3,7 +3,7 @@
 use crate::format;
 use crate::image::{Background, Image, write_png};
 use crate::mesh::{BoundarySurface, FieldSelection, ScalarField, TetMesh};
-use crate::octree::{Boundary, OctreeParams, OctreeTexture, Unmet, regularize};
+use crate::octree::{Boundary, ErrorBound, OctreeParams, OctreeTexture, Unmet, error_bound, regularize};
 use crate::progress::Progress;
 use crate::render::{Picture, Renderer, Scene};
 use crate::study::{ErrorSampling, FieldError};
@@ -55,8 +55,8 @@ pub struct OctreeModel {
 pub struct Accuracy {
     /// As measured at random points.
     pub error: FieldError,
-    /// What no error exceeds anywhere in the mesh, relative to the field's range, where that is known.
-    pub bound_rel: Option<f64>,
+    /// What it exceeds nowhere in the mesh.
+    pub bound: ErrorBound,
 }
 
 /// Steps of an exact picture, in the order in which they come.
@@ -120,13 +120,14 @@ pub fn build_octree(
     })
 }
 
-/// Measures how far an octree's texture is from its field, and where its tolerance is exceeded.
+/// Measures how far an octree's texture is from its field, how often by more than its tolerance, and bounds it.
 pub fn measure(mesh: &TetMesh, octree: &OctreeModel, sampling: &ErrorSampling, progress: &Progress) -> Result<Accuracy> {
     let field = ScalarField::select(mesh, &octree.field)?;
     let texture = octree.scene.texture().context("the scene is no octree's")?;
     let sampling = ErrorSampling { tolerance: octree.params.tolerance, ..*sampling };
     let error = FieldError::measure(mesh, &field, texture, &sampling, progress)?;
-    Ok(Accuracy { error, bound_rel: None })
+    let bound = error_bound(mesh, &field, texture, progress)?;
+    Ok(Accuracy { error, bound })
 }
 
 /// Links the mesh, if there is no scene of it, and draws it, coarsely first, unless the device can.

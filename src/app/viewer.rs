@@ -10,7 +10,7 @@ use super::viewport::Viewport;
 use super::{Options, title};
 use crate::gpu::FrameTime;
 use crate::mesh::FieldSelection;
-use crate::octree::{OctreeParams, Unmet};
+use crate::octree::{ErrorBound, OctreeParams, Unmet};
 use crate::render::{Renderer, Scene};
 use crate::study::FieldError;
 use crate::view::{Camera, RenderSettings, RendererKind, View};
@@ -72,6 +72,8 @@ pub struct OctreeNumbers {
     pub unmet: Option<Unmet>,
     /// The error, once it is measured.
     pub error: Option<FieldError>,
+    /// What it exceeds nowhere, once that is found.
+    pub bound: Option<ErrorBound>,
 }
 
 /// One line for the user.
@@ -149,8 +151,8 @@ impl Viewer {
     /// The numbers of the octree, once there is one.
     pub fn octree_numbers(&self) -> Option<OctreeNumbers> {
         let model = self.octree.model.as_ref()?;
-        let error = match &self.octree.accuracy {
-            Measured::Done(accuracy) => Some(accuracy.error.clone()),
+        let accuracy = match &self.octree.accuracy {
+            Measured::Done(accuracy) => Some(accuracy),
             _ => None,
         };
         Some(OctreeNumbers {
@@ -159,7 +161,8 @@ impl Viewer {
             bytes: model.bytes,
             surface_bytes: model.surface.as_ref().map(|surface| surface.bytes()),
             unmet: model.unmet,
-            error,
+            error: accuracy.map(|accuracy| accuracy.error.clone()),
+            bound: accuracy.map(|accuracy| accuracy.bound),
         })
     }
 
