@@ -90,12 +90,13 @@ fn nodes(window: &Window) -> usize {
     window.state().octree_numbers().expect("an octree").nodes
 }
 
-/// Goes on until the octree's error is measured too.
+/// Goes on until the octree's error is measured and bounded too.
 fn measured(window: &mut Window) -> FieldError {
     let start = Instant::now();
     loop {
         settle(window);
-        if let Some(error) = window.state().octree_numbers().expect("an octree").error {
+        let numbers = window.state().octree_numbers().expect("an octree");
+        if let (Some(error), Some(_)) = (numbers.error, numbers.bound) {
             return error;
         }
         assert!(start.elapsed() < Duration::from_secs(60), "the error is never measured");

@@ -55,8 +55,8 @@ pub struct OctreeModel {
 pub struct Accuracy {
     /// As measured at random points.
     pub error: FieldError,
-    /// What it exceeds nowhere in the mesh.
-    pub bound: ErrorBound,
+    /// What it exceeds nowhere in the mesh; found after the rest.
+    pub bound: Option<ErrorBound>,
 }
 
 /// Steps of an exact picture, in the order in which they come.
@@ -120,14 +120,23 @@ pub fn build_octree(
     })
 }
 
-/// Measures how far an octree's texture is from its field, how often by more than its tolerance, and bounds it.
-pub fn measure(mesh: &TetMesh, octree: &OctreeModel, sampling: &ErrorSampling, progress: &Progress) -> Result<Accuracy> {
+/// Measures how far an octree's texture is from its field, how often by more than its tolerance, and bounds it. Gives
+/// what was measured at once, and again with the bound.
+pub fn measure(
+    mesh: &TetMesh,
+    octree: &OctreeModel,
+    sampling: &ErrorSampling,
+    progress: &Progress,
+    mut give: impl FnMut(Accuracy),
+) -> Result<()> {
     let field = ScalarField::select(mesh, &octree.field)?;
     let texture = octree.scene.texture().context("the scene is no octree's")?;
     let sampling = ErrorSampling { tolerance: octree.params.tolerance, ..*sampling };
     let error = FieldError::measure(mesh, &field, texture, &sampling, progress)?;
+    give(Accuracy { error: error.clone(), bound: None });
     let bound = error_bound(mesh, &field, texture, progress)?;
-    Ok(Accuracy { error, bound })
+    give(Accuracy { error, bound: Some(bound) });
+    Ok(())
 }
 
 /// Links the mesh, if there is no scene of it, and draws it, coarsely first, unless the device can.

@@ -35,12 +35,23 @@ pub struct OctreeStage {
 pub enum Measured {
     /// Not yet measured: another octree is on its way, or a slider is held.
     Waiting,
-    /// Being measured.
-    Running(Job<Result<Accuracy>>),
+    /// Being measured, and what is found so far.
+    Running(Job<Result<Accuracy>>, Option<Box<Accuracy>>),
     /// What was found.
     Done(Box<Accuracy>),
     /// It could not be measured.
     Failed,
+}
+
+impl Measured {
+    /// What is found so far.
+    pub fn accuracy(&self) -> Option<&Accuracy> {
+        match self {
+            Measured::Running(_, found) => found.as_deref(),
+            Measured::Done(accuracy) => Some(accuracy),
+            Measured::Waiting | Measured::Failed => None,
+        }
+    }
 }
 
 impl OctreeStage {
@@ -92,7 +103,7 @@ impl OctreeStage {
     }
 
     fn start(&mut self, ctx: &egui::Context, renderer: &Arc<Renderer>, mesh: &Arc<TetMesh>, key: (FieldSelection, OctreeParams)) {
-        if matches!(self.accuracy, Measured::Running(_)) {
+        if matches!(self.accuracy, Measured::Running(..)) {
             self.accuracy = Measured::Waiting;
         }
         let surface = self.surface.clone().filter(|(field, _)| *field == key.0).map(|(_, surface)| surface);
@@ -122,16 +133,20 @@ impl OctreeStage {
     }
 
     fn measure(&mut self, ctx: &egui::Context, mesh: &Arc<TetMesh>) -> Result<()> {
-        match &self.accuracy {
+        match &mut self.accuracy {
             Measured::Done(_) | Measured::Failed => {}
             Measured::Waiting => {
                 let (Some(model), None, false) = (&self.model, &self.job, self.held) else { return Ok(()) };
                 let (mesh, model, sampling) = (mesh.clone(), model.clone(), self.sampling);
-                let job = Job::start(ctx, move |progress, results| results.give(model::measure(&mesh, &model, &sampling, progress)));
-                self.accuracy = Measured::Running(job);
+                let job = Job::start(ctx, move |progress, results| {
+                    let measured = model::measure(&mesh, &model, &sampling, progress, |accuracy| results.give(Ok(accuracy)));
+                    measured.unwrap_or_else(|error| results.give(Err(error)));
+                });
+                self.accuracy = Measured::Running(job, None);
             }
-            Measured::Running(job) => match job.poll() {
+            Measured::Running(job, found) => match job.poll() {
                 Polled::Pending => {}
+                Polled::Result(Ok(accuracy)) if accuracy.bound.is_none() => *found = Some(Box::new(accuracy)),
                 ended => {
                     self.accuracy = Measured::Failed; // unless it was not
                     self.accuracy = Measured::Done(Box::new(outcome(ended)?));

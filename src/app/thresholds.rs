@@ -77,11 +77,16 @@ impl Viewer {
 
     /// How far the octree is from the mesh.
     pub(super) fn accuracy(&self, ui: &mut Ui) {
+        ui.spacing_mut().item_spacing.y = 2.0;
+        let center = self.document.mesh.center();
         match &self.octree.accuracy {
-            Measured::Done(accuracy) => figures(ui, accuracy, self.document.mesh.center()),
-            Measured::Running(job) => {
+            Measured::Done(accuracy) => figures(ui, accuracy, center, 1.0),
+            Measured::Running(job, found) => {
                 let done = job.progress().1.unwrap_or(0.0);
-                ui.weak(format!("measuring ... {:.0} %", done * 100.0));
+                match found {
+                    Some(accuracy) => figures(ui, accuracy, center, done),
+                    None => drop(ui.weak(format!("measuring ... {:.0} %", done * 100.0))),
+                }
             }
             Measured::Waiting if self.octree.held => drop(ui.weak("measured when the slider rests")),
             Measured::Waiting => drop(ui.weak("measured when the octree is built")),
@@ -90,7 +95,7 @@ impl Viewer {
         // What is built while a slider is held may be less deep than is asked for.
         let Some(model) = self.octree.model.as_ref().filter(|_| !self.octree.held) else { return };
         let (Some(unmet), Some(tolerance)) = (model.unmet, model.params.tolerance) else { return };
-        let at = position(unmet.at + self.document.mesh.center());
+        let at = position(unmet.at + center);
         let tip = format!(
             "Leaves of the greatest depth, {}, that are estimated to be off by more than the tolerance, {}; the worst by {} at {at}. A greater \
              depth resolves them, in more memory.",
@@ -145,8 +150,8 @@ fn paper_thresholds(ui: &mut Ui, params: &mut OctreeParams) -> bool {
     [tets, variance, initial].iter().any(|slider| slider.dragged())
 }
 
-/// The measured error and the bound.
-fn figures(ui: &mut Ui, accuracy: &Accuracy, center: DVec3) {
+/// The measured error, and the bound or what share of the mesh is bounded.
+fn figures(ui: &mut Ui, accuracy: &Accuracy, center: DVec3, bounded: f32) {
     let error = &accuracy.error.by_volume;
     if error.points == 0 {
         ui.weak("nothing to measure: the octree is empty");
@@ -170,9 +175,14 @@ fn figures(ui: &mut Ui, accuracy: &Accuracy, center: DVec3) {
                 "Volume of the mesh where the octree has nothing; `mesh` as boundary leaves none",
             );
         }
-        let at = position(accuracy.bound.at + center);
-        let tip = format!("No error anywhere in the mesh is larger: computed, not measured. So much is possible in the leaf around {at}.");
-        explained(ui, "Bound", percent(accuracy.bound.bound_rel), &tip);
+        let nowhere = "No error anywhere in the mesh is larger: computed, not measured.";
+        match accuracy.bound {
+            Some(bound) => {
+                let tip = format!("{nowhere} So much is possible in the leaf around {}.", position(bound.at + center));
+                explained(ui, "Bound", percent(bound.bound_rel), &tip);
+            }
+            None => explained(ui, "Bound", format!("computing ... {:.0} %", bounded * 100.0), nowhere),
+        }
     });
 }
 

@@ -151,10 +151,7 @@ impl Viewer {
     /// The numbers of the octree, once there is one.
     pub fn octree_numbers(&self) -> Option<OctreeNumbers> {
         let model = self.octree.model.as_ref()?;
-        let accuracy = match &self.octree.accuracy {
-            Measured::Done(accuracy) => Some(accuracy),
-            _ => None,
-        };
+        let accuracy = self.octree.accuracy.accuracy();
         Some(OctreeNumbers {
             nodes: model.nodes,
             leaves_by_depth: model.leaves_by_depth.clone(),
@@ -162,7 +159,7 @@ impl Viewer {
             surface_bytes: model.surface.as_ref().map(|surface| surface.bytes()),
             unmet: model.unmet,
             error: accuracy.map(|accuracy| accuracy.error.clone()),
-            bound: accuracy.map(|accuracy| accuracy.bound),
+            bound: accuracy.and_then(|accuracy| accuracy.bound),
         })
     }
 
@@ -302,7 +299,7 @@ impl Viewer {
                 }
             }
         }
-        if self.activity().is_some() || matches!(self.octree.accuracy, Measured::Running(_)) {
+        if self.activity().is_some() || matches!(self.octree.accuracy, Measured::Running(..)) {
             ctx.request_repaint_after(BAR);
         }
     }
