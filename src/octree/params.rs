@@ -148,6 +148,15 @@ impl OctreeParams {
         OctreeParams { tolerance: None, initial_cell_tets: 4.0, max_leaf_tets: 12, max_leaf_variance: 5e-4, ..self }
     }
 
+    /// These settings with a tolerance instead of V and W, as the default has it.
+    pub fn by_tolerance(self) -> Self {
+        if self.tolerance.is_some() {
+            return self;
+        }
+        let OctreeParams { tolerance, initial_cell_tets, max_leaf_tets, max_leaf_variance, .. } = Self::default();
+        OctreeParams { tolerance, initial_cell_tets, max_leaf_tets, max_leaf_variance, ..self }
+    }
+
     /// The surface that rays are cut to, if the boundary is [`Boundary::Mesh`]. It depends on the mesh and on where the field has values.
     pub fn surface(&self, mesh: &TetMesh, field: &ScalarField) -> Option<Arc<BoundarySurface>> {
         (self.boundary == Boundary::Mesh).then(|| Arc::new(BoundarySurface::new(mesh, field)))
@@ -193,6 +202,16 @@ mod tests {
         assert_eq!(params.uniform_depth(1), 1);
         assert_eq!(OctreeParams { max_depth: 3, ..params.clone() }.uniform_depth(187_395), 3);
         assert_eq!(OctreeParams { initial_depth: Some(7), ..params }.uniform_depth(187_395), 7);
+    }
+
+    #[test]
+    fn either_rule_is_left_for_the_other_and_found_again() {
+        let [paper, fast] = [Preset::Paper, Preset::Fast].map(Preset::params);
+        assert_eq!(paper.clone().by_tolerance().by_thresholds(), paper);
+        assert_eq!(paper.clone().by_thresholds(), paper);
+        assert_eq!(fast.clone().by_tolerance(), fast, "its own tolerance stays");
+        let back = fast.clone().by_thresholds().by_tolerance();
+        assert_eq!(back, OctreeParams { tolerance: OctreeParams::default().tolerance, ..fast });
     }
 
     #[test]
