@@ -21,7 +21,7 @@
 //! Lowest first. A module imports lower layers and its own folder only; `tests/layers.rs` holds that.
 //!
 //! 1. [`geometry`], [`progress`]
-//! 2. [`mesh`], [`view`], [`image`]
+//! 2. [`mesh`], [`volume`], [`view`], [`image`]
 //! 3. [`optics`], [`format`](mod@format), [`octree`], [`exact`]
 //! 4. [`cpu`], [`gpu`], [`compare`]
 //! 5. [`render`]
@@ -77,6 +77,7 @@ pub mod progress;
 pub mod render;
 pub mod study;
 pub mod view;
+pub mod volume;
 
 pub use exact::ExactScene;
 pub use image::Image;
@@ -84,3 +85,4 @@ pub use mesh::{ScalarField, TetMesh};
 pub use octree::{Octree, OctreeParams, OctreeTexture};
 pub use render::{Renderer, Scene};
 pub use view::{Camera, RenderSettings, TransferFunction, View};
+pub use volume::Grid;
