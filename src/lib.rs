@@ -1,11 +1,13 @@
 //! octetra shows what is inside a tetrahedral mesh. It turns the mesh into an adaptive octree texture, ray-marches it on the GPU with a
-//! step that follows the octree's depth, and stands an exact renderer of the mesh itself beside it.
+//! step that follows the octree's depth, and stands an exact renderer of the mesh itself beside it. Regular volumes go the same way.
 //!
 //! # The flow
 //!
 //! ```text
 //! file ─format─▶ TetMesh ─octree::regularize─▶ Octree ─OctreeTexture::encode─▶ OctreeTexture ─gpu─▶ GPU march ─▶ Image
-//!                   │                                                               └─────────cpu─▶ CPU march ─▶ Image
+//!   │               │                             ▲                                 └─────────cpu─▶ CPU march ─▶ Image
+//!   └─────▶ Grid ──octree::regularize_grid────────┘
+//!                   │
 //!                   ├─CompactMesh─gpu (tet by tet, f32)────────────────────────────────────────────────────────▶ Image
 //!                   └─exact (ray by ray, f64)──────────────────────────────────────────────────────────────────▶ Image
 //!

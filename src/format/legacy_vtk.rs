@@ -109,7 +109,9 @@ fn choose<'a>(arrays: &'a [Array], name: Option<&str>) -> Result<&'a Array, Volu
     };
     found.ok_or_else(|| {
         let names = arrays.iter().map(|array| format!("\"{}\"", array.name)).collect::<Vec<_>>().join(", ");
-        VolumeError::NoArray(name.map(|name| format!(" named \"{name}\"; the volume has {}", if names.is_empty() { "none" } else { &names })))
+        VolumeError::NoArray(
+            name.map(|name| format!(" named \"{name}\"; the volume has {}", if names.is_empty() { "none" } else { &names })),
+        )
     })
 }
 
@@ -143,7 +145,11 @@ impl Lines<'_> {
             let bytes = self.source.read(self.at, (self.source.len() - self.at).min(1 << 20) as usize)?;
             if bytes.is_empty() {
                 let (found, expected) = (count - left, format!("{count} numbers"));
-                return if left == 0 { Ok(()) } else { Err(VolumeError::key(&format!("array \"{array}\""), &format!("{found} numbers"), expected)) };
+                return if left == 0 {
+                    Ok(())
+                } else {
+                    Err(VolumeError::key(&format!("array \"{array}\""), &format!("{found} numbers"), expected))
+                };
             }
             let mut used = 0;
             for &b in bytes.iter() {
@@ -181,7 +187,9 @@ impl Walker<'_> {
             let rest = line[words[0].len()..].trim();
             match (keyword.as_str(), tuples) {
                 ("DATASET", _) if rest.eq_ignore_ascii_case("STRUCTURED_POINTS") => {}
-                ("DATASET", _) => return Err(VolumeError::key("DATASET", rest, "STRUCTURED_POINTS, the only one that octetra reads in .vtk files")),
+                ("DATASET", _) => {
+                    return Err(VolumeError::key("DATASET", rest, "STRUCTURED_POINTS, the only one that octetra reads in .vtk files"));
+                }
                 ("DIMENSIONS", _) => self.head.dims = Some(numbers("DIMENSIONS", rest, "3 integers from 2")?),
                 ("ORIGIN", _) => self.head.origin = Some(DVec3::from_array(numbers("ORIGIN", rest, "3 numbers")?)),
                 ("SPACING" | "ASPECT_RATIO", _) => self.head.spacing = Some(DVec3::from_array(numbers("SPACING", rest, "3 numbers")?)),

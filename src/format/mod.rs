@@ -3,7 +3,7 @@
 mod cell_types;
 mod legacy_vtk;
 mod meta_image;
-mod nrrd;
+pub mod nrrd;
 mod raw;
 mod source;
 #[cfg(test)]

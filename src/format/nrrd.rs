@@ -8,9 +8,12 @@
 use super::GridFile;
 use super::voxel_data::{DataFile, Encoding, Stored, VolumeError, dims, grid, head_of, numbers};
 use super::vtu::number::{ByteOrder, ScalarType};
+use crate::image::write_atomically;
 use crate::progress::Progress;
-use crate::volume::{Grid, GridFrame};
+use crate::volume::{Grid, GridFrame, Samples, with_voxels};
 use glam::{DMat3, DVec3};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 
 /// The types by all their names.
 const TYPES: [(&[&str], ScalarType); 10] = [
@@ -232,4 +235,61 @@ fn vectors(text: &str) -> Result<Vec<Option<DVec3>>, VolumeError> {
         rest = behind.trim_start();
     }
     Ok(found)
+}
+
+/// Writes a volume: `.nrrd` as one file, any other suffix as a header with its data, raw and little-endian, in a file of the same name with
+/// `.raw` beside it. Files are written under a temporary name and renamed.
+pub fn write(path: &Path, grid: &Grid, progress: &Progress) -> io::Result<()> {
+    let is_attached = path.extension().is_some_and(|suffix| suffix.eq_ignore_ascii_case("nrrd"));
+    let (type_name, size) = match grid.samples() {
+        Samples::U8(_) => ("uint8", 1),
+        Samples::I8(_) => ("int8", 1),
+        Samples::U16(_) => ("uint16", 2),
+        Samples::I16(_) => ("int16", 2),
+        Samples::U32(_) => ("uint32", 4),
+        Samples::I32(_) => ("int32", 4),
+        Samples::F32(_) => ("float", 4),
+        Samples::F64(_) => ("double", 8),
+    };
+    let (frame, vector) = (grid.frame(), |v: DVec3| format!("({},{},{})", v.x, v.y, v.z));
+    let ([x, y, z], steps) = (frame.dims, [frame.steps.x_axis, frame.steps.y_axis, frame.steps.z_axis].map(vector).join(" "));
+    let mut head = format!(
+        "NRRD0004\n# {}\ntype: {type_name}\ndimension: 3\nspace dimension: 3\nsizes: {x} {y} {z}\nspace directions: {steps}\nspace origin: {}\nendian: little\nencoding: raw\n",
+        grid.name().replace(['\n', '\r'], " "),
+        vector(frame.origin)
+    );
+    progress.begin("writing", frame.points() * size);
+    let put = |out: &mut dyn Write| put_values(out, grid.samples(), progress);
+    if is_attached {
+        head.push('\n');
+        return write_atomically(path, |out| {
+            out.write_all(head.as_bytes())?;
+            put(out)
+        });
+    }
+    let data = data_path(path);
+    let name = data.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    head += &format!("data file: {name}\n");
+    write_atomically(&data, |out| put(out))?;
+    write_atomically(path, |out| out.write_all(head.as_bytes()))
+}
+
+/// Where [`write`] puts the data of a header.
+pub fn data_path(path: &Path) -> PathBuf {
+    path.with_extension("raw")
+}
+
+fn put_values(out: &mut dyn Write, samples: &Samples, progress: &Progress) -> io::Result<()> {
+    macro_rules! put {
+        ($values:expr) => {
+            for chunk in $values.chunks(1 << 16) {
+                progress.check().map_err(io::Error::other)?;
+                let bytes: Vec<u8> = chunk.iter().flat_map(|v| v.to_le_bytes()).collect();
+                out.write_all(&bytes)?;
+                progress.add(bytes.len() as u64);
+            }
+        };
+    }
+    with_voxels!(samples, values => put!(values));
+    Ok(())
 }

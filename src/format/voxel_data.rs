@@ -344,14 +344,7 @@ fn stream_at<'a>(source: &'a Source<'_>, at: u64) -> io::Result<Box<dyn BufRead 
 
 /// Numbers as text, as a `.vtu` file has them.
 fn read_text<I: Item>(source: &Source<'_>, at: u64, stored: &Stored, progress: &Progress, out: &mut Vec<I>) -> Result<(), VolumeError> {
-    let head = Head {
-        byte_order: ByteOrder::Little,
-        header_size: 4,
-        compressor: None,
-        image: None,
-        pieces: vec![],
-        appended: None,
-    };
+    let head = Head { byte_order: ByteOrder::Little, header_size: 4, compressor: None, image: None, pieces: vec![], appended: None };
     let array = Array { name: String::new(), scalar: stored.scalar, components: None, place: Place::Ascii(at..source.len()) };
     let reader = ArrayReader { source, head: &head, progress };
     reader.append(&array, stored.numbers, out).map_err(|reason| VolumeError::Array { array: "its text".into(), reason })

@@ -67,7 +67,8 @@ pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<Grid, Vol
         }
         let found = of.section(piece).arrays.iter().find(|other| other.name == array.name && other.scalar == array.scalar);
         let found = found.filter(|other| other.components.unwrap_or(1).max(1) == components);
-        let found = found.ok_or_else(|| VolumeError::NoArray(Some(format!(": a piece has no array \"{}\" like the others'", array.name))))?;
+        let found =
+            found.ok_or_else(|| VolumeError::NoArray(Some(format!(": a piece has no array \"{}\" like the others'", array.name))))?;
         let items = count.checked_mul(components).ok_or_else(too_large)?;
         parts.push((extent, read_array(&reader, found, items).map_err(|reason| array_error(of, array, reason))?));
     }
@@ -92,7 +93,9 @@ fn choose<'h>(head: &'h Head, name: Option<&str>) -> Result<(Of, &'h Array), Vol
     };
     found.ok_or_else(|| {
         let names = all.iter().map(|(_, array)| format!("\"{}\"", array.name)).collect::<Vec<_>>().join(", ");
-        VolumeError::NoArray(name.map(|name| format!(" named \"{name}\"; the volume has {}", if names.is_empty() { "none" } else { &names })))
+        VolumeError::NoArray(
+            name.map(|name| format!(" named \"{name}\"; the volume has {}", if names.is_empty() { "none" } else { &names })),
+        )
     })
 }
 

@@ -7,12 +7,13 @@ use super::resolve::{OwnSamples, resolve};
 use super::voxels::{Between, Bounds, NOTHING, Voxels, snap};
 use super::{Boundary, Level, Octree, OctreeParams, Reconstruction, RegularizeError, Unmet};
 use crate::geometry::Placed;
+use crate::mesh::BoundarySurface;
 use crate::progress::Progress;
 use crate::volume::{Grid, Voxel, with_voxels};
 use glam::{DMat3, DVec3, UVec3, Vec3};
 use rayon::prelude::*;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::{Arc, Mutex};
 
 /// Cells above this depth are divided in parallel, deeper ones by the thread that has their parent.
 const PARALLEL_DEPTH: u8 = 3;
@@ -50,6 +51,14 @@ pub fn regularize_grid(grid: &Grid, params: &OctreeParams, progress: &Progress) 
 /// An upper bound of the bytes that [`regularize_grid`] takes beside the volume, for leaves no smaller than steps: 80 a point.
 pub fn grid_working_bytes(grid: &Grid) -> u64 {
     80 * grid.frame().points()
+}
+
+impl Octree {
+    /// The box of the volume that the octree was made of, as the surface that rays are cut to, if the boundary is [`Boundary::Mesh`].
+    pub fn grid_surface(&self, grid: &Grid) -> Option<Arc<BoundarySurface>> {
+        let corners = grid.frame().corners().map(|corner| corner - grid.center());
+        (self.params.boundary == Boundary::Mesh).then(|| Arc::new(BoundarySurface::of_box(&corners, self.root_min, self.root_edge)))
+    }
 }
 
 /// The root cube: lowest corner relative to the volume's centre, and edge.

@@ -51,8 +51,7 @@ impl<'a, V: Voxel> Voxels<'a, V> {
         let [low, high] = grid.range();
         let scale = if high > low { 1.0 / (high - low) } else { 0.0 };
         let first = frame.origin - grid.center();
-        let mut voxels =
-            Voxels { values, dims, start: 0, strides, first, to_steps: frame.steps.inverse(), is_aligned: false, low, scale };
+        let mut voxels = Voxels { values, dims, start: 0, strides, first, to_steps: frame.steps.inverse(), is_aligned: false, low, scale };
         if let Some(axes) = axes(&frame.steps) {
             voxels.align(&frame.steps, axes);
         }
@@ -278,9 +277,7 @@ impl BoundsLevel {
                 *range = match (missing[points.clone()].contains(&true), known[points.clone()].contains(&true)) {
                     (true, true) => SOME_MISSING,
                     (true, false) => NOTHING,
-                    _ => points.fold(NOTHING, |range, x| {
-                        [range[0].min(voxels.normalize(low[x])), range[1].max(voxels.normalize(high[x]))]
-                    }),
+                    _ => points.fold(NOTHING, |range, x| [range[0].min(voxels.normalize(low[x])), range[1].max(voxels.normalize(high[x]))]),
                 };
             }
         });

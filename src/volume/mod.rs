@@ -1,5 +1,6 @@
 //! Regular volumes: one number a point of a regular grid.
 
+pub mod generate;
 mod grid;
 mod samples;
 

@@ -207,7 +207,12 @@ impl Item for [u32; 4] {
 
 /// Appends the items that `bytes`, whole items long, spell. The caller has reserved the room. If a number does not fit, its place in
 /// `bytes` (counted in numbers) and what it is.
-pub(in crate::format) fn append_binary<I: Item>(out: &mut Vec<I>, bytes: &[u8], scalar: ScalarType, order: ByteOrder) -> Result<(), (usize, Number)> {
+pub(in crate::format) fn append_binary<I: Item>(
+    out: &mut Vec<I>,
+    bytes: &[u8],
+    scalar: ScalarType,
+    order: ByteOrder,
+) -> Result<(), (usize, Number)> {
     match order {
         ByteOrder::Little => append_ordered::<I, false>(out, bytes, scalar),
         ByteOrder::Big => append_ordered::<I, true>(out, bytes, scalar),
