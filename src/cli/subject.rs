@@ -95,5 +95,5 @@ pub fn read_data(args: &MeshArgs, raw: &RawArgs) -> Result<Data> {
         Component::Index(index) => Some(index),
     };
     let options = ReadOptions { array: args.array.clone(), component, raw: raw.layout(), memory_bytes: args.budget_bytes() };
-    Ok(with_bar(|progress| format::read(path, &options, progress))?)
+    with_bar(|progress| format::read(path, &options, progress))
 }

@@ -267,7 +267,12 @@ impl<'a> DataFile<'a> {
             Encoding::Raw if left != bytes => return Err(self.length(left.to_string(), bytes, stored)),
             Encoding::Raw => return Ok(()),
             Encoding::Gzip | Encoding::Zlib => bytes <= left.saturating_mul(DEFLATE_RATIO),
-            Encoding::Text => stored.numbers <= left.div_ceil(2),
+            Encoding::Text if stored.numbers > left.div_ceil(2) => {
+                let (place, why) = (self.name(), format!("at the least, for so many numbers as text; {}", stored.why));
+                let expected = stored.numbers.saturating_mul(2) - 1;
+                return Err(VolumeError::Length { place, found: left.to_string(), expected, why });
+            }
+            Encoding::Text => true,
         };
         if can_hold { Ok(()) } else { Err(self.length(format!("{left} encoded"), bytes, stored)) }
     }
