@@ -1,11 +1,13 @@
 //! octetra shows what is inside a tetrahedral mesh. It turns the mesh into an adaptive octree texture, ray-marches it on the GPU with a
-//! step that follows the octree's depth, and stands an exact renderer of the mesh itself beside it.
+//! step that follows the octree's depth, and stands an exact renderer of the mesh itself beside it. Regular volumes go the same way.
 //!
 //! # The flow
 //!
 //! ```text
 //! file ─format─▶ TetMesh ─octree::regularize─▶ Octree ─OctreeTexture::encode─▶ OctreeTexture ─gpu─▶ GPU march ─▶ Image
-//!                   │                                                               └─────────cpu─▶ CPU march ─▶ Image
+//!   │               │                             ▲                                 └─────────cpu─▶ CPU march ─▶ Image
+//!   └─────▶ Grid ──octree::regularize_grid────────┘
+//!                   │
 //!                   ├─CompactMesh─gpu (tet by tet, f32)────────────────────────────────────────────────────────▶ Image
 //!                   └─exact (ray by ray, f64)──────────────────────────────────────────────────────────────────▶ Image
 //!
@@ -21,7 +23,7 @@
 //! Lowest first. A module imports lower layers and its own folder only; `tests/layers.rs` holds that.
 //!
 //! 1. [`geometry`], [`progress`]
-//! 2. [`mesh`], [`view`], [`image`]
+//! 2. [`mesh`], [`volume`], [`view`], [`image`]
 //! 3. [`optics`], [`format`](mod@format), [`octree`], [`exact`]
 //! 4. [`cpu`], [`gpu`], [`compare`]
 //! 5. [`render`]
@@ -77,6 +79,7 @@ pub mod progress;
 pub mod render;
 pub mod study;
 pub mod view;
+pub mod volume;
 
 pub use exact::ExactScene;
 pub use image::Image;
@@ -84,3 +87,4 @@ pub use mesh::{ScalarField, TetMesh};
 pub use octree::{Octree, OctreeParams, OctreeTexture};
 pub use render::{Renderer, Scene};
 pub use view::{Camera, RenderSettings, TransferFunction, View};
+pub use volume::Grid;

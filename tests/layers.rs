@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 /// Modules, lowest layer first.
 const LAYERS: [&[&str]; 8] = [
     &["geometry", "progress"],
-    &["mesh", "view", "image"],
+    &["mesh", "volume", "view", "image"],
     &["optics", "format", "octree", "exact"],
     &["cpu", "gpu", "compare"],
     &["render"],

@@ -1,7 +1,8 @@
 //! Flags that several subcommands share, and what they stand for.
 
 use super::long_work::with_bar;
-use crate::format;
+use crate::format::{self, RawLayout};
+use crate::geometry::Placed;
 use crate::mesh::{Component, FieldSelection, ScalarField, TetMesh, generate};
 use crate::octree::{Boundary, OctreeParams, Preset, Reconstruction, Sampling};
 use crate::progress::Progress;
@@ -11,10 +12,10 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 
-/// A mesh and one of its fields.
+/// A mesh or a volume, and one of its fields.
 #[derive(Debug, Clone, Args)]
 pub struct MeshArgs {
-    /// The mesh; without one, the bundled wing
+    /// The mesh or volume; without one, the bundled wing
     pub mesh: Option<PathBuf>,
     /// Point or cell array to show [default: the file's active scalars, else the first array]
     #[arg(long, value_name = "NAME")]
@@ -34,7 +35,12 @@ impl MeshArgs {
         stem.map_or("wing".into(), |s| s.to_string_lossy().into_owned())
     }
 
-    /// Reads the mesh.
+    /// The file's name as errors begin with it.
+    pub fn shown_name(&self) -> String {
+        self.mesh.as_deref().map_or("the bundled mesh".into(), |path| path.display().to_string())
+    }
+
+    /// Reads the mesh; a volume is refused.
     pub fn read(&self) -> Result<TetMesh> {
         let mesh = match &self.mesh {
             Some(path) => with_bar(|progress| format::read_mesh(path, progress))?,
@@ -46,8 +52,7 @@ impl MeshArgs {
     /// Picks the field.
     pub fn field(&self, mesh: &TetMesh) -> Result<ScalarField> {
         let selection = FieldSelection { name: self.array.clone(), component: self.component };
-        let name = self.mesh.as_deref().map_or("the bundled mesh".into(), |p| p.display().to_string());
-        ScalarField::select(mesh, &selection).with_context(|| name)
+        ScalarField::select(mesh, &selection).with_context(|| self.shown_name())
     }
 
     /// The budget in bytes.
@@ -63,17 +68,43 @@ impl MeshArgs {
 
     /// `Err` if regularizing this mesh may take more than the budget.
     pub fn check_budget(&self, mesh: &TetMesh) -> Result<()> {
-        let (need, limit) = (mesh.bytes() as u64 + crate::octree::working_bytes(mesh), self.budget_bytes());
+        self.check_bytes(&format!("{} tets", mesh.tets().len()), mesh.bytes() as u64 + crate::octree::working_bytes(mesh))
+    }
+
+    /// `Err` if regularizing what may take so many bytes would exceed the budget.
+    pub fn check_bytes(&self, what: &str, need: u64) -> Result<()> {
+        let limit = self.budget_bytes();
         if need > limit {
             let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-            bail!(
-                "regularizing {} tets may take {:.2} MiB, the budget is {:.2} MiB; raise it with --memory",
-                mesh.tets().len(),
-                mib(need),
-                mib(limit)
-            );
+            bail!("regularizing {what} may take {:.2} MiB, the budget is {:.2} MiB; raise it with --memory", mib(need), mib(limit));
         }
         Ok(())
+    }
+}
+
+/// What a header would say of a volume of plain bytes.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Raw volumes")]
+pub struct RawArgs {
+    /// The file is plain bytes: so many points along x (fastest), y and z
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_dims, requires = "voxel")]
+    pub dims: Option<[u32; 3]>,
+    /// Type of its numbers
+    #[arg(long = "type", id = "voxel", value_name = "TYPE", requires = "dims", value_parser = clap::builder::PossibleValuesParser::new(RawLayout::TYPES))]
+    pub voxel: Option<String>,
+    /// Distance between its points, world units [default: 1,1,1]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_spacing, requires = "dims")]
+    pub spacing: Option<[f64; 3]>,
+    /// The most significant byte comes first
+    #[arg(long, requires = "dims")]
+    pub big_endian: bool,
+}
+
+impl RawArgs {
+    /// The layout, if the file is one of plain bytes.
+    pub fn layout(&self) -> Option<RawLayout> {
+        let voxel = RawLayout::TYPES.into_iter().find(|name| Some(*name) == self.voxel.as_deref())?;
+        Some(RawLayout { dims: self.dims?, voxel, spacing: self.spacing.unwrap_or([1.0; 3]), is_big_endian: self.big_endian })
     }
 }
 
@@ -291,9 +322,9 @@ impl ViewArgs {
         Ok((read_transfer_function(&self.tf)?, self.camera_file()?))
     }
 
-    /// The view of a mesh.
-    pub fn view(&self, mesh: &TetMesh, (transfer_function, camera): (TransferFunction, Option<Camera>)) -> View {
-        let orbit = || Camera::orbit(mesh.bounds().translated(mesh.center()), self.orbit, self.zoom);
+    /// The view of a mesh or a volume.
+    pub fn view(&self, data: &impl Placed, (transfer_function, camera): (TransferFunction, Option<Camera>)) -> View {
+        let orbit = || Camera::orbit(data.bounds().translated(data.center()), self.orbit, self.zoom);
         let settings = RenderSettings {
             renderer: match self.renderer {
                 RendererArg::Octree => RendererKind::Octree,
@@ -385,6 +416,16 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
         None => side(text).map(|n| (n, n)),
     };
     sides.map(|(w, h)| [w, h]).ok_or_else(|| "expected N or WxH with sides of 1 to 32768 pixels".into())
+}
+
+fn parse_dims(text: &str) -> Result<[u32; 3], String> {
+    let parts: Option<Vec<u32>> = text.split(',').map(|n| n.trim().parse().ok().filter(|&n| n >= 2)).collect();
+    parts.and_then(|parts| parts.try_into().ok()).ok_or_else(|| "expected X,Y,Z, each an integer from 2".into())
+}
+
+fn parse_spacing(text: &str) -> Result<[f64; 3], String> {
+    let parts: Option<Vec<f64>> = text.split(',').map(|n| parse_positive(n.trim()).ok()).collect();
+    parts.and_then(|parts| parts.try_into().ok()).ok_or_else(|| "expected X,Y,Z, each a number above 0".into())
 }
 
 /// A finite number that is valid, or an error that says what was expected.

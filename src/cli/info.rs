@@ -1,8 +1,12 @@
 //! `octetra info`: what a file holds.
 
-use super::args::MeshArgs;
+use super::args::{MeshArgs, RawArgs};
+use super::subject::read_data;
+use crate::format::Data;
+use crate::geometry::Placed;
 use crate::mesh::{DataArray, ScalarField, TetMesh};
 use crate::octree::OctreeParams;
+use crate::volume::Grid;
 use anyhow::Result;
 use clap::Args;
 use std::io::{self, Write};
@@ -12,12 +16,17 @@ use std::io::{self, Write};
 pub struct InfoCommand {
     #[command(flatten)]
     mesh: MeshArgs,
+    #[command(flatten)]
+    volume: RawArgs,
 }
 
 impl InfoCommand {
-    /// Reads the mesh and says what it holds.
+    /// Reads the mesh or volume and says what it holds.
     pub fn run(self) -> Result<()> {
-        let mesh = self.mesh.read()?;
+        let mesh = match read_data(&self.mesh, &self.volume)? {
+            Data::Mesh(mesh) => mesh,
+            Data::Grid(grid) => return Ok(describe_volume(&mut io::stdout().lock(), &grid)?),
+        };
         let field = match self.mesh.array {
             Some(_) => Some(self.mesh.field(&mesh)?),
             None => ScalarField::select(&mesh, &Default::default()).ok(),
@@ -47,6 +56,26 @@ fn describe(out: &mut impl Write, mesh: &TetMesh, shown: Option<&ScalarField>) -
         }
     }
     Ok(())
+}
+
+fn describe_volume(out: &mut impl Write, grid: &Grid) -> io::Result<()> {
+    let (frame, bounds) = (grid.frame(), grid.bounds().translated(grid.center()));
+    let ([x, y, z], spacing, size, [lo, hi]) = (frame.dims, frame.spacing(), bounds.size(), grid.range());
+    let missing = if grid.missing() > 0 { format!("  ({} missing)", grid.missing()) } else { String::new() };
+    writeln!(out, "volume        {x} x {y} x {z} points, {} voxels of {}", frame.points(), grid.samples().type_name())?;
+    writeln!(out, "spacing       {} x {} x {}", spacing.x, spacing.y, spacing.z)?;
+    writeln!(out, "origin        {}, {}, {}", frame.origin.x, frame.origin.y, frame.origin.z)?;
+    for (name, step, length) in
+        [("x", frame.steps.x_axis, spacing.x), ("y", frame.steps.y_axis, spacing.y), ("z", frame.steps.z_axis, spacing.z)]
+    {
+        let direction = step / length;
+        writeln!(out, "axis {name}        {:.6}, {:.6}, {:.6}", direction.x, direction.y, direction.z)?;
+    }
+    let (min, max) = (bounds.min, bounds.max);
+    writeln!(out, "bounds        {} .. {}, {} .. {}, {} .. {}", min.x, max.x, min.y, max.y, min.z, max.z)?;
+    writeln!(out, "size          {} x {} x {}, diagonal {:.6}", size.x, size.y, size.z, bounds.diagonal())?;
+    writeln!(out, "memory        {:.1} MiB", grid.bytes() as f64 / f64::from(1 << 20))?;
+    writeln!(out, "point array   {}  {lo} .. {hi}{missing}  <- shown", grid.name())
 }
 
 /// Ranges by component, and how many values are missing.

@@ -1,11 +1,12 @@
 //! `octetra regularize`: the octree texture for other programs.
 
-use super::args::{MeshArgs, OctreeArgs, check_outputs};
-use super::long_work::with_bar;
+use super::args::{MeshArgs, OctreeArgs, RawArgs, check_outputs};
 use super::render::{measure_error, unmet_in_words};
 use super::report::Report;
+use super::subject::Subject;
+use crate::geometry::Placed;
 use crate::image::{write_atomically, write_values_npy};
-use crate::octree::{LATTICE, OctreeTexture, regularize};
+use crate::octree::{LATTICE, OctreeTexture};
 use crate::study::FieldError;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
@@ -27,6 +28,8 @@ pub struct RegularizeCommand {
     mesh: MeshArgs,
     #[command(flatten)]
     octree: OctreeArgs,
+    #[command(flatten)]
+    volume: RawArgs,
     /// Write the octree texture, and its description as JSON under the same name
     #[arg(long, value_name = "OUT.npy", help_heading = "Output")]
     texture: Option<PathBuf>,
@@ -44,28 +47,29 @@ impl RegularizeCommand {
         let description = self.texture.as_ref().map(|path| path.with_extension("json"));
         check_outputs(&self.mesh, &[self.texture.as_ref(), description.as_ref(), self.corners.as_ref(), self.stats.as_ref()])?;
         let start = Instant::now();
-        let mesh = self.mesh.read()?;
-        let field = self.mesh.field(&mesh)?;
-        let mut report = Report::new(&mesh, &field, start.elapsed().as_secs_f64());
-        report.params(&self.mesh, &field, &self.octree, None)?;
-        self.mesh.check_budget(&mesh)?;
+        let subject = Subject::read(&self.mesh, &self.volume)?;
+        let mut report = Report::new(&subject, start.elapsed().as_secs_f64());
+        report.params(&self.mesh, subject.array(), &self.octree, None)?;
 
         let start = Instant::now();
-        let tree = with_bar(|progress| regularize(&mesh, &field, &self.octree.params(), progress))?;
+        let tree = subject.regularize(&self.mesh, &self.octree.params())?;
         let texture = OctreeTexture::encode(&tree)?;
         let seconds = start.elapsed().as_secs_f64();
         report.set("time", "regularize", seconds);
-        report.octree(&tree, &texture, mesh.center());
-        let (error, bound) = measure_error(&mesh, &field, &texture, tree.params.tolerance, &mut report)?;
+        report.octree(&tree, &texture, subject.center());
+        let measured = match &subject {
+            Subject::Mesh(mesh, field) => Some(measure_error(mesh, field, &texture, tree.params.tolerance, &mut report)?),
+            Subject::Volume(_) => None,
+        };
 
         if let (Some(path), Some(description)) = (&self.texture, &description) {
             let size = texture.size();
             let shape = [size.z, size.y, size.x, 4].map(u64::from);
             write_values_npy(path, &shape, texture.texels().as_flattened()).with_context(|| path.display().to_string())?;
-            let origin = texture.root_min() + mesh.center();
+            let origin = texture.root_min() + subject.center();
             let about = json!({
                 "root_origin": origin.to_array(), "root_edge": texture.root_edge(), "value_range": texture.value_range(),
-                "array": field.name, "depth": texture.depth(), "params": tree.params,
+                "array": subject.array(), "depth": texture.depth(), "params": tree.params,
             });
             let text = serde_json::to_string_pretty(&about).context("the description as JSON")? + "\n";
             write_atomically(description, |out| out.write_all(text.as_bytes())).with_context(|| description.display().to_string())?;
@@ -87,10 +91,12 @@ impl RegularizeCommand {
             tree.empty_count()
         )?;
         writeln!(out, "texture  {} texels, {:.2} MiB", texture.size(), texture.bytes() as f64 / f64::from(1 << 20))?;
-        writeln!(out, "error    {}", in_words(&error))?;
-        writeln!(out, "bound    {} nowhere exceeded", percent(bound.bound_rel))?;
+        if let Some((error, bound)) = measured {
+            writeln!(out, "error    {}", in_words(&error))?;
+            writeln!(out, "bound    {} nowhere exceeded", percent(bound.bound_rel))?;
+        }
         if let Some(unmet) = &tree.unmet {
-            writeln!(out, "unmet    {}", unmet_in_words(unmet, mesh.center()))?;
+            writeln!(out, "unmet    {}", unmet_in_words(unmet, subject.center()))?;
         }
         writeln!(out, "time     {seconds:.3} s")?;
         Ok(())

@@ -1,14 +1,16 @@
-//! `octetra render`: a mesh into a picture.
+//! `octetra render`: a mesh or a volume into a picture.
 
-use super::args::{MeshArgs, OctreeArgs, RendererArg, ViewArgs, check_outputs, parse_color};
+use super::args::{MeshArgs, OctreeArgs, RawArgs, RendererArg, ViewArgs, check_outputs, parse_color};
 use super::long_work::with_bar;
 use super::report::Report;
+use super::subject::Subject;
+use crate::geometry::Placed;
 use crate::image::{Background, write_npy, write_png};
 use crate::mesh::{ScalarField, TetMesh};
-use crate::octree::{ErrorBound, OctreeTexture, Unmet, error_bound, regularize};
+use crate::octree::{ErrorBound, OctreeTexture, Unmet, error_bound};
 use crate::render::{Renderer, Scene};
 use crate::study::{ErrorSampling, FieldError};
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::Args;
 use glam::DVec3;
 use serde_json::json;
@@ -35,6 +37,8 @@ pub struct RenderCommand {
     transparent: bool,
     #[command(flatten)]
     octree: OctreeArgs,
+    #[command(flatten)]
+    volume: RawArgs,
     /// Also write the float image: float32, height x width x 4, premultiplied RGBA
     #[arg(long, value_name = "OUT.npy", help_heading = "Output")]
     raw: Option<PathBuf>,
@@ -49,6 +53,8 @@ Examples:
   octetra render flow.vtu --orbit 3 --array momentum --component x
   octetra render flow.vtu --renderer exact -o exact.png    the mesh itself, to compare with
   octetra render flow.vtu --preset fine --stats fine.json
+  octetra render scan.nhdr --tf bone.json                  a volume: .nrrd, .nhdr, .mhd, .mha, .vti, .vtk
+  octetra render scan.raw --dims 256,256,178 --type u8     plain bytes
   octetra render flow.vtu --max-depth 10 --max-leaf-tets 4 --max-leaf-variance 1e-4";
 
 impl RenderCommand {
@@ -59,16 +65,15 @@ impl RenderCommand {
         let files = self.view.files()?;
 
         let start = Instant::now();
-        let mesh = self.mesh.read()?;
-        let field = self.mesh.field(&mesh)?;
-        let mut report = Report::new(&mesh, &field, start.elapsed().as_secs_f64());
-        let view = self.view.view(&mesh, files);
-        report.params(&self.mesh, &field, &self.octree, Some((&self.view, &view)))?;
+        let subject = Subject::read(&self.mesh, &self.volume)?;
+        let mut report = Report::new(&subject, start.elapsed().as_secs_f64());
+        let view = self.view.view(&subject, files);
+        report.params(&self.mesh, subject.array(), &self.octree, Some((&self.view, &view)))?;
         report.set("params", "background", if self.transparent { json!("transparent") } else { json!(self.background) });
 
         let renderer = Renderer::new(self.view.device.into())?;
         say_if_fallen_back(&renderer);
-        let scene = self.scene(&renderer, &mesh, &field, &mut report)?;
+        let scene = self.scene(&renderer, &subject, &mut report)?;
         let picture = with_bar(|progress| renderer.render(&scene, &view, progress))?;
         report.picture(&renderer, &scene, &picture);
 
@@ -80,8 +85,14 @@ impl RenderCommand {
     }
 
     /// What is drawn: the octree texture, built here, or the mesh itself.
-    fn scene(&self, renderer: &Renderer, mesh: &TetMesh, field: &ScalarField, report: &mut Report) -> Result<Scene> {
+    fn scene(&self, renderer: &Renderer, subject: &Subject, report: &mut Report) -> Result<Scene> {
         if self.view.renderer == RendererArg::Exact {
+            let Subject::Mesh(mesh, field) = subject else {
+                bail!(
+                    "{}: --renderer exact draws tetrahedral meshes; this is a volume, which --renderer octree draws",
+                    self.mesh.shown_name()
+                );
+            };
             let scene = with_bar(|progress| renderer.exact_scene(mesh, field, progress))?;
             if let Some(reason) = scene.fell_back() {
                 note(&format!("{}; drawing on the CPU", one_line(&reason.to_string())));
@@ -89,29 +100,28 @@ impl RenderCommand {
             report.set("exact", "bytes", scene.exact_bytes());
             return Ok(scene);
         }
-        self.mesh.check_budget(mesh)?;
         let start = Instant::now();
-        let tree = with_bar(|progress| regularize(mesh, field, &self.octree.params(), progress))?;
+        let tree = subject.regularize(&self.mesh, &self.octree.params())?;
         if tree.leaf_count() == 0 {
             note("no leaf's centre lies in the mesh, the picture is empty; --boundary mesh draws it");
         }
         let texture = OctreeTexture::encode(&tree)?;
         report.set("time", "regularize", start.elapsed().as_secs_f64());
-        report.octree(&tree, &texture, mesh.center());
+        report.octree(&tree, &texture, subject.center());
         if let (Some(unmet), Some(_)) = (&tree.unmet, self.octree.tolerance) {
-            note(&unmet_in_words(unmet, mesh.center()));
+            note(&unmet_in_words(unmet, subject.center()));
         }
-        if self.stats.is_some() {
+        if let (Subject::Mesh(mesh, field), Some(_)) = (subject, &self.stats) {
             measure_error(mesh, field, &texture, tree.params.tolerance, report)?;
         }
         let start = Instant::now();
-        let surface = tree.params.surface(mesh, field);
+        let surface = subject.surface(&tree);
         if let Some(surface) = &surface {
             report.set("boundary", "bytes", surface.bytes());
             report.set("boundary", "faces", surface.faces().len());
             report.set("time", "boundary", start.elapsed().as_secs_f64());
         }
-        let (scene, upload_s) = renderer.octree_scene(mesh, texture, surface)?;
+        let (scene, upload_s) = renderer.octree_scene(subject, texture, surface)?;
         report.set("time", "upload", upload_s);
         Ok(scene)
     }

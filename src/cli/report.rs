@@ -1,8 +1,9 @@
 //! `--stats`: everything measured, as JSON; the keys of `conventions.md` as nested objects.
 
 use super::args::{MeshArgs, OctreeArgs, ViewArgs};
+use super::subject::Subject;
 use crate::image::write_atomically;
-use crate::mesh::{Component, ScalarField, TetMesh};
+use crate::mesh::Component;
 use crate::octree::{Octree, OctreeTexture};
 use crate::render::{Picture, Renderer, Scene};
 use crate::study::{ErrorFigures, FieldError};
@@ -16,14 +17,26 @@ use std::path::Path;
 pub struct Report(Map<String, Value>);
 
 impl Report {
-    /// The mesh's numbers; every other key is null until it is known.
-    pub fn new(mesh: &TetMesh, field: &ScalarField, load_s: f64) -> Self {
-        let value = json!({
-            "mesh": {
+    /// The numbers of a mesh or a volume, those of the other null; every other key is null until it is known.
+    pub fn new(subject: &Subject, load_s: f64) -> Self {
+        let mesh = match subject {
+            Subject::Mesh(mesh, _) => json!({
                 "points": mesh.points().len(), "tets": mesh.tets().len(), "bytes": mesh.bytes(),
                 "zero_volume": mesh.zero_volume_count(), "inverted": mesh.inverted_count(),
-            },
-            "field": { "array": field.name, "range": field.range },
+            }),
+            Subject::Volume(_) => json!({ "points": null, "tets": null, "bytes": null, "zero_volume": null, "inverted": null }),
+        };
+        let volume = match subject {
+            Subject::Mesh(..) => json!({ "dims": null, "spacing": null, "origin": null, "type": null, "bytes": null, "missing": null }),
+            Subject::Volume(grid) => json!({
+                "dims": grid.frame().dims, "spacing": grid.frame().spacing().to_array(), "origin": grid.frame().origin.to_array(),
+                "type": grid.samples().type_name(), "bytes": grid.bytes(), "missing": grid.missing(),
+            }),
+        };
+        let value = json!({
+            "mesh": mesh,
+            "volume": volume,
+            "field": { "array": subject.array(), "range": subject.range() },
             "octree": { "nodes": null, "leaves": null, "empty": null, "leaves_by_depth": null, "bytes": null },
             "boundary": { "bytes": 0 },
             "exact": { "bytes": null },
@@ -84,13 +97,13 @@ impl Report {
     }
 
     /// All flags as used.
-    pub fn params(&mut self, mesh: &MeshArgs, field: &ScalarField, octree: &OctreeArgs, view: Option<(&ViewArgs, &View)>) -> Result<()> {
+    pub fn params(&mut self, mesh: &MeshArgs, array: &str, octree: &OctreeArgs, view: Option<(&ViewArgs, &View)>) -> Result<()> {
         let mut params = serde_json::to_value(octree.params()).context("parameters as JSON")?;
         let component = match mesh.component {
             Component::Magnitude => "magnitude".to_owned(),
             Component::Index(i) => ["x", "y", "z"].get(i).map_or(i.to_string(), |&name| name.to_owned()),
         };
-        let data = json!({ "mesh": mesh.mesh, "array": field.name, "component": component, "memory": mesh.budget_bytes() });
+        let data = json!({ "mesh": mesh.mesh, "array": array, "component": component, "memory": mesh.budget_bytes() });
         let seen = view.map(|(view, used)| {
             json!({
                 "size": view.size, "camera": used.camera, "transfer_function": used.transfer_function,

@@ -1,24 +1,37 @@
-//! Files to meshes: one file a format, one registry line each.
+//! Files to meshes and volumes: one file a format, one registry line each.
 
 mod cell_types;
+mod legacy_vtk;
+mod meta_image;
+pub mod nrrd;
+mod raw;
 mod source;
+#[cfg(test)]
+mod volume_tests;
+mod voxel_data;
+mod vti;
 pub mod vtu;
 
 use crate::mesh::{MeshError, MeshParts, TetMesh};
 use crate::progress::{Cancelled, Progress};
+use crate::volume::Grid;
+pub use raw::RawLayout;
 use source::Source;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
+pub use voxel_data::VolumeError;
 use vtu::VtuError;
 
-/// The formats that [`read_mesh`] knows, one line each.
-pub const FORMATS: &[Format] = &[Format {
-    name: "VTK XML unstructured grid",
-    suffixes: &["vtu"],
-    recognizes: is_vtu,
-    read: |source, progress| Ok(vtu::read(source, progress)?),
-}];
+/// The formats that [`read`] knows, one line each.
+#[rustfmt::skip]
+pub const FORMATS: &[Format] = &[
+    Format { name: "VTK XML unstructured grid", suffixes: &["vtu"], recognizes: is_vtu, reader: Reader::Mesh(vtu::read) },
+    Format { name: "VTK XML image data", suffixes: &["vti"], recognizes: vti::recognizes, reader: Reader::Grid(vti::read) },
+    Format { name: "VTK legacy structured points", suffixes: &["vtk"], recognizes: legacy_vtk::recognizes, reader: Reader::Grid(legacy_vtk::read) },
+    Format { name: "NRRD", suffixes: &["nrrd", "nhdr"], recognizes: nrrd::recognizes, reader: Reader::Grid(nrrd::read) },
+    Format { name: "MetaImage", suffixes: &["mhd", "mha"], recognizes: meta_image::recognizes, reader: Reader::Grid(meta_image::read) },
+];
 
 /// Bytes at the start of a file that a format is recognized by.
 const SNIFFED: u64 = 1024;
@@ -31,7 +44,51 @@ pub struct Format {
     /// The suffixes its files have, in lower case, without the dot.
     pub suffixes: &'static [&'static str],
     recognizes: fn(&[u8]) -> bool,
-    read: fn(&Source<'_>, &Progress) -> Result<MeshParts, Problem>,
+    reader: Reader,
+}
+
+/// What reads a format.
+#[derive(Debug)]
+enum Reader {
+    Mesh(fn(&Source<'_>, &Progress) -> Result<MeshParts, VtuError>),
+    Grid(fn(&GridFile<'_>, &Progress) -> Result<Grid, VolumeError>),
+}
+
+/// What a file holds.
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant)] // there is one of it
+pub enum Data {
+    /// A mesh with all its arrays.
+    Mesh(TetMesh),
+    /// A volume of one of its arrays.
+    Grid(Grid),
+}
+
+/// What is wanted of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadOptions {
+    /// The array of a volume; `None` takes the file's active scalars, else the first. Meshes are read with all their arrays.
+    pub array: Option<String>,
+    /// The component of a volume's vectors, from 0; `None` takes their length.
+    pub component: Option<usize>,
+    /// The file is a volume of plain bytes, whatever it looks like.
+    pub raw: Option<RawLayout>,
+    /// Bytes that the values of a volume may take in memory.
+    pub memory_bytes: u64,
+}
+
+impl Default for ReadOptions {
+    fn default() -> Self {
+        ReadOptions { array: None, component: None, raw: None, memory_bytes: u64::MAX }
+    }
+}
+
+/// A file that a reader of volumes works on.
+struct GridFile<'a> {
+    source: &'a Source<'a>,
+    /// Where it lies: other files are looked for beside it.
+    path: &'a Path,
+    options: &'a ReadOptions,
 }
 
 /// What is wrong with a file, its name aside.
@@ -52,9 +109,15 @@ pub enum Problem {
     /// What it holds is not a mesh.
     #[error("{0}")]
     Mesh(#[from] MeshError),
+    /// It is no sound volume.
+    #[error("{0}")]
+    Volume(#[from] VolumeError),
+    /// It is a volume where a mesh is needed.
+    #[error("is a regular volume ({0}), expected a tetrahedral mesh; octetra render, regularize and info take volumes")]
+    IsVolume(&'static str),
 }
 
-/// Why a file gives no mesh.
+/// Why a file gives no mesh or volume.
 #[derive(Debug, thiserror::Error)]
 pub enum FormatError {
     /// Something is wrong with the file.
@@ -70,15 +133,17 @@ pub enum FormatError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Reads a mesh from a file of any format in [`FORMATS`], told by its content or else by its suffix. The file is read piece by piece: the
-/// peak of memory is the mesh and a few MiB, or the largest compressed block.
+/// Reads a mesh or a volume from a file of any format in [`FORMATS`], told by its content or else by its suffix. The file is read piece by
+/// piece: the peak of memory is what it holds and a few MiB, or the largest compressed block. A volume may have its numbers in another
+/// file, which must lie beside the first or in a folder below.
+pub fn read(path: &Path, options: &ReadOptions, progress: &Progress) -> Result<Data, FormatError> {
+    let found = open(path).and_then(|(file, len)| read_source(&Source::File(&file, len), path, options, progress));
+    found.map_err(|problem| named(path, problem))
+}
+
+/// Reads a mesh, as [`read`] does; a volume is refused.
 pub fn read_mesh(path: &Path, progress: &Progress) -> Result<TetMesh, FormatError> {
-    let open = || -> Result<(File, u64), Problem> {
-        let file = File::open(path)?;
-        let metadata = file.metadata()?;
-        if metadata.is_file() { Ok((file, metadata.len())) } else { Err(Problem::NotAFile) }
-    };
-    let found = open().and_then(|(file, len)| read_source(&Source::File(&file, len), path, progress));
+    let found = open(path).and_then(|(file, len)| read_mesh_source(&Source::File(&file, len), path, progress));
     found.map_err(|problem| named(path, problem))
 }
 
@@ -86,23 +151,48 @@ pub fn read_mesh(path: &Path, progress: &Progress) -> Result<TetMesh, FormatErro
 /// errors begin with it.
 pub fn read_embedded(name: &str, bytes: &[u8], progress: &Progress) -> Result<TetMesh, FormatError> {
     let path = Path::new(name);
-    read_source(&Source::Bytes(bytes), path, progress).map_err(|problem| named(path, problem))
+    read_mesh_source(&Source::Bytes(bytes), path, progress).map_err(|problem| named(path, problem))
+}
+
+fn open(path: &Path) -> Result<(File, u64), Problem> {
+    let file = File::open(path)?;
+    let metadata = file.metadata()?;
+    if metadata.is_file() { Ok((file, metadata.len())) } else { Err(Problem::NotAFile) }
 }
 
 fn named(path: &Path, problem: Problem) -> FormatError {
     match problem {
         Problem::Vtu(VtuError::Cancelled(cancelled)) => FormatError::Cancelled(cancelled),
+        Problem::Volume(volume) if volume.cancelled().is_some() => FormatError::Cancelled(Cancelled),
         problem => FormatError::File { path: path.to_owned(), problem: Box::new(problem) },
     }
 }
 
-fn read_source(source: &Source<'_>, path: &Path, progress: &Progress) -> Result<TetMesh, Problem> {
+fn read_source(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &Progress) -> Result<Data, Problem> {
+    let file = GridFile { source, path, options };
+    if let Some(layout) = &options.raw {
+        return Ok(Data::Grid(raw::read(&file, layout, progress)?));
+    }
+    match format_of(source, path)?.reader {
+        Reader::Mesh(read) => Ok(Data::Mesh(TetMesh::new(read(source, progress)?)?)),
+        Reader::Grid(read) => Ok(Data::Grid(read(&file, progress)?)),
+    }
+}
+
+fn read_mesh_source(source: &Source<'_>, path: &Path, progress: &Progress) -> Result<TetMesh, Problem> {
+    let format = format_of(source, path)?;
+    match format.reader {
+        Reader::Mesh(read) => Ok(TetMesh::new(read(source, progress)?)?),
+        Reader::Grid(_) => Err(Problem::IsVolume(format.name)),
+    }
+}
+
+fn format_of(source: &Source<'_>, path: &Path) -> Result<&'static Format, Problem> {
     let start = source.read(0, source.len().min(SNIFFED) as usize)?;
     let suffix = path.extension().map(|suffix| suffix.to_string_lossy().to_lowercase()).unwrap_or_default();
     let by_content = || FORMATS.iter().find(|format| (format.recognizes)(&start));
     let by_suffix = || FORMATS.iter().find(|format| format.suffixes.contains(&suffix.as_str()));
-    let format = by_content().or_else(by_suffix).ok_or(Problem::Unknown)?;
-    Ok(TetMesh::new((format.read)(source, progress)?)?)
+    by_content().or_else(by_suffix).ok_or(Problem::Unknown)
 }
 
 /// The known formats as text.

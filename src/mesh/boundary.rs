@@ -23,6 +23,9 @@ const FACES_PER_LEAF: usize = 3;
 /// More boxes whose centres are the same to 2^-21 of the cube are no place for a clever hierarchy.
 const MOST_AT_ONE_PLACE: usize = 64;
 
+/// How far inside the cube the corners of a box stay, in cube edges: as far as those of a mesh in its root cube.
+const BOX_MARGIN: f64 = 5e-6;
+
 /// Deepest hierarchy that rays can follow: the size of their stack.
 pub const MAX_LEVELS: u32 = 32;
 
@@ -110,6 +113,19 @@ impl BoundarySurface {
         let (nodes, order) = hierarchy(&boxes);
         let faces = order.iter().map(|&i| faces[i as usize]).collect();
         BoundarySurface { vertices, faces, nodes }
+    }
+
+    /// The surface of a box with these corners, number `x + 2 y + 4 z` along its axes, which need not be the world's: 12 triangles. Corners
+    /// at the cube's sides are moved inside by [`BOX_MARGIN`].
+    pub fn of_box(corners: &[DVec3; 8], cube_min: DVec3, cube_edge: f64) -> Self {
+        let (low, high) = (cube_min + cube_edge * BOX_MARGIN, cube_min + cube_edge * (1.0 - BOX_MARGIN));
+        let mut points = corners.map(|corner| corner.clamp(low, high));
+        if (points[1] - points[0]).cross(points[2] - points[0]).dot(points[4] - points[0]) < 0.0 {
+            (0..8).step_by(2).for_each(|i| points.swap(i, i + 1)); // a left-handed box, seen from its other side
+        }
+        let tets = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]];
+        let (tets, faces) = adjacency::link(&tets, |_| true);
+        Self::from_linked(&points, cube_min, cube_edge, &tets, faces)
     }
 
     /// The points of the faces, by ascending index among the mesh's points.
@@ -296,6 +312,22 @@ mod tests {
         let at = |i: usize, k: usize| ((i * k) as f32 * 0.618_034).fract();
         let corner = |i: usize| Vec3A::new(at(i, 1), at(i, 7), at(i, 13));
         (0..count).map(|i| Aabb { min: corner(i), max: corner(i) + Vec3A::new(at(i, 3), 0.0, at(i, 5)) * 0.01 }).collect()
+    }
+
+    #[test]
+    fn a_box_has_twelve_faces_that_point_out_of_it() {
+        for mirrored in [1.0, -1.0] {
+            let corner = |k: usize| DVec3::new(mirrored * (k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64);
+            let surface = BoundarySurface::of_box(&std::array::from_fn(corner), DVec3::new(mirrored.min(0.0), 0.0, 0.0), 1.0);
+            assert_eq!((surface.faces().len(), surface.vertices().len()), (12, 8));
+            let mut volume = 0.0;
+            for face in surface.faces() {
+                let [a, b, c] = face.vertices.map(|v| Vec3::from(surface.vertices()[v as usize].position));
+                assert!((b - a).cross(c - a).dot((a + b + c) / 3.0 - 0.5) > 0.0, "{a} {b} {c}");
+                volume += a.dot(b.cross(c)) / 6.0;
+            }
+            assert!((volume - 1.0).abs() < 1e-4 && volume < 1.0, "{volume}");
+        }
     }
 
     #[test]

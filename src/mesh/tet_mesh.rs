@@ -1,6 +1,6 @@
 //! [`TetMesh`] and its validation.
 
-use crate::geometry::{self, Aabb};
+use crate::geometry::{self, Aabb, Placed};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -270,6 +270,16 @@ impl TetMesh {
         let arrays = self.point_data.iter().chain(&self.cell_data);
         let array_bytes: usize = arrays.map(|a| a.values.len() * if matches!(a.values, Values::F32(_)) { 4 } else { 8 }).sum();
         size_of_val(&self.points[..]) + size_of_val(&self.tets[..]) + self.zero_volume.len() + array_bytes
+    }
+}
+
+impl Placed for TetMesh {
+    fn center(&self) -> DVec3 {
+        self.center
+    }
+
+    fn bounds(&self) -> Aabb {
+        self.bounds
     }
 }
 

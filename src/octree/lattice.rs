@@ -31,6 +31,11 @@ impl Sample {
         Sample { sum, weight: -count }
     }
 
+    /// Whether this is the field's own value, which nothing changes any more.
+    pub fn is_exact(self) -> bool {
+        self.kind() == 3
+    }
+
     fn kind(self) -> u8 {
         if self.weight == f32::INFINITY {
             3

@@ -1,4 +1,4 @@
-//! Regularization: from a tet mesh to an adaptive octree, and on to the octree texture.
+//! Regularization: from a tet mesh or a regular volume to an adaptive octree, and on to the octree texture.
 //!
 //! Tong & Xu, *High Accuracy in Visualization of Tetrahedral Volume Data Based on an Adaptive Octree*, 2014.
 
@@ -8,15 +8,18 @@ mod lattice;
 mod params;
 mod procedural;
 mod regularize;
+mod regularize_grid;
 mod resolve;
 mod sampling;
 mod texture;
 mod tree;
+mod voxels;
 
 pub use bound::{ErrorBound, error_bound};
 pub use brick::{BRICK_WORDS, Brick, LATTICE, trilinear};
 pub use params::{Boundary, OctreeParams, ParamsError, Preset, Reconstruction, Sampling};
 pub use procedural::CellKind;
 pub use regularize::{RegularizeError, regularize, working_bytes};
+pub use regularize_grid::{grid_working_bytes, regularize_grid};
 pub use texture::{Node, OctreeTexture, TextureError};
 pub use tree::{Level, Octree, Unmet};

@@ -16,9 +16,9 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 const TASK_TETS: usize = 3000;
 
 /// More interior cells than this cannot be addressed by an octree texture.
-const MAX_BLOCKS: usize = 1 << 24;
+pub(super) const MAX_BLOCKS: usize = 1 << 24;
 
-/// Why a mesh could not be regularized.
+/// Why a mesh or a volume could not be regularized.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RegularizeError {
     /// A parameter is out of range.
@@ -85,20 +85,20 @@ pub fn working_bytes(mesh: &TetMesh) -> u64 {
 
 /// A cell by depth and integer position at that depth.
 #[derive(Debug, Clone, Copy)]
-struct Cell {
-    depth: u8,
-    index: UVec3,
+pub(super) struct Cell {
+    pub depth: u8,
+    pub index: UVec3,
 }
 
 impl Cell {
-    const ROOT: Cell = Cell { depth: 0, index: UVec3::ZERO };
+    pub const ROOT: Cell = Cell { depth: 0, index: UVec3::ZERO };
 
     /// The cell's part of the work as progress counts it: its volume, in cells of depth 8.
-    fn share(self) -> u64 {
+    pub fn share(self) -> u64 {
         1 << (24 - 3 * u32::from(self.depth.min(8)))
     }
 
-    fn child(self, i: u32) -> Cell {
+    pub fn child(self, i: u32) -> Cell {
         Cell { depth: self.depth + 1, index: self.index * 2 + UVec3::new(i & 1, i >> 1 & 1, i >> 2) }
     }
 }
@@ -401,7 +401,7 @@ const EVEN_DEPTH: u8 = 8;
 /// What is seen of an error is its integral along rays and over pixels: a cell of edge h and error e adds about (e h)^2 to each of h^2 / pixel
 /// area squares. Splitting costs eight leaves whatever h is, so the picture gains most for its bytes where e h^2 is the same in all leaves. Held
 /// to one tolerance at all sizes, the few large cells, whose small errors have one sign over long ways, would spoil the picture.
-fn allowed_error(tolerance: f64, depth: u8) -> f32 {
+pub(super) fn allowed_error(tolerance: f64, depth: u8) -> f32 {
     (tolerance * 0.25f64.powi(i32::from(EVEN_DEPTH.saturating_sub(depth)))) as f32
 }
 
@@ -423,7 +423,7 @@ impl Verdict {
 
 impl Unmet {
     /// Both together; of equal errors the place that comes first along x, y, z counts, whichever thread finds it first.
-    fn and(self, other: Unmet) -> Unmet {
+    pub(super) fn and(self, other: Unmet) -> Unmet {
         let key = |u: &Unmet| (u.worst_rel, -u.at.x, -u.at.y, -u.at.z);
         let worse = if key(&other) > key(&self) { other } else { self };
         Unmet { leaves: self.leaves + other.leaves, ..worse }

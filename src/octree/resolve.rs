@@ -36,13 +36,27 @@ struct Place {
     parent: (u32, u8),
 }
 
-/// Gives every block of the tree its brick. `lattices` are the leaves' own samples, a block each, level by level.
-pub(super) fn resolve(tree: &mut Octree, lattices: &[Vec<Lattice>]) {
+/// What the leaves around a lattice point know of it, before they agree.
+pub(super) trait OwnSamples: Sync {
+    /// What the leaves of block `block` of level `level` know of their lattice point `there`, coordinates 0 to 2. `at` is the same point in
+    /// the root cube, in cells of the block's children.
+    fn sample(&self, level: usize, block: u32, there: UVec3, at: UVec3) -> Sample;
+}
+
+/// Samples that were kept while the tree grew, a lattice a block, level by level.
+impl OwnSamples for Vec<Vec<Lattice>> {
+    fn sample(&self, level: usize, block: u32, there: UVec3, _: UVec3) -> Sample {
+        self[level][block as usize].0[super::brick::lattice_index(there.x, there.y, there.z)]
+    }
+}
+
+/// Gives every block of the tree its brick.
+pub(super) fn resolve(tree: &mut Octree, own: &impl OwnSamples) {
     let mut around = [Neighbour::Empty; 27];
     around[SELF] = Neighbour::Block(0);
     let mut places = vec![Place { position: UVec3::ZERO, around, parent: (0, 0) }];
     for level in 0..tree.levels.len() {
-        let bricks = places.par_iter().map(|place| brick(tree, lattices, level, place)).collect();
+        let bricks = places.par_iter().map(|place| brick(tree, own, level, place)).collect();
         let here = &mut tree.levels[level];
         here.bricks = bricks;
         widen_ranges(here);
@@ -51,7 +65,7 @@ pub(super) fn resolve(tree: &mut Octree, lattices: &[Vec<Lattice>]) {
 }
 
 /// The final samples of a block.
-fn brick(tree: &Octree, lattices: &[Vec<Lattice>], level: usize, place: &Place) -> Brick {
+fn brick(tree: &Octree, own: &impl OwnSamples, level: usize, place: &Place) -> Brick {
     Brick::encode(&std::array::from_fn(|i| {
         let point = UVec3::from_array(lattice_point(i));
         if level > 0 && point % 2 == UVec3::ZERO {
@@ -66,9 +80,10 @@ fn brick(tree: &Octree, lattices: &[Vec<Lattice>], level: usize, place: &Place) 
         for (number, step) in touching(point) {
             match place.around[number] {
                 Neighbour::Empty => {}
+                Neighbour::Block(_) if sample.is_exact() => {}
                 Neighbour::Block(block) => {
                     let there = (point.as_ivec3() - 2 * step).as_uvec3();
-                    sample.merge(lattices[level][block as usize].0[super::brick::lattice_index(there.x, there.y, there.z)]);
+                    sample.merge(own.sample(level, block, there, place.position * 2 + point));
                 }
                 Neighbour::Leaf { level: shallow, child, block } => {
                     if coarsest.is_none_or(|(found, _)| shallow < found) {

@@ -3,6 +3,7 @@
 
 use crate::cpu;
 use crate::exact::ExactScene;
+use crate::geometry::Placed;
 use crate::gpu::{self, ExactMesh, FrameTimes, GpuError, InFlight, Marched, OctreeVolume, Target};
 use crate::image::Image;
 use crate::mesh::{BoundarySurface, CompactMesh, ScalarField, TetMesh};
@@ -51,11 +52,11 @@ struct Gpu {
     marcher: gpu::Marcher,
 }
 
-/// The data of one renderer, and what of the mesh a view refers to.
+/// The data of one renderer, and what of the mesh or volume a view refers to.
 pub struct Scene {
     /// The world position that coordinates are relative to.
     pub center: DVec3,
-    /// Length of the diagonal of the mesh's bounds, world units.
+    /// Length of the diagonal of the bounds, world units.
     pub diagonal: f64,
     data: Data,
     fell_back: Option<GpuError>,
@@ -113,11 +114,11 @@ impl Renderer {
         Some([info.name.clone(), info.backend.to_string(), format!("{} {}", info.driver, info.driver_info).trim().to_owned()])
     }
 
-    /// A scene of an octree texture, of which rays see what lies inside the surface, if there is one
+    /// A scene of an octree texture of a mesh or a volume, of which rays see what lies inside the surface, if there is one
     /// ([`Boundary::Mesh`](crate::octree::Boundary)). Both are copied to the device if there is one. Gives the seconds that the copy took.
     pub fn octree_scene(
         &self,
-        mesh: &TetMesh,
+        data: &impl Placed,
         texture: OctreeTexture,
         surface: Option<Arc<BoundarySurface>>,
     ) -> Result<(Scene, f64), RenderError> {
@@ -127,7 +128,7 @@ impl Renderer {
             None => None,
         };
         let upload_s = start.elapsed().as_secs_f64();
-        Ok((Scene::of(mesh, Data::Octree { texture, surface, volume }), upload_s))
+        Ok((Scene::of(data, Data::Octree { texture, surface, volume }), upload_s))
     }
 
     /// A scene of the mesh itself: in f32 on the device if there is one, else in f64. A mesh that the device has no room for is drawn on
@@ -211,8 +212,8 @@ impl Gpu {
 }
 
 impl Scene {
-    fn of(mesh: &TetMesh, data: Data) -> Self {
-        Scene { center: mesh.center(), diagonal: mesh.bounds().diagonal(), data, fell_back: None }
+    fn of(placed: &impl Placed, data: Data) -> Self {
+        Scene { center: placed.center(), diagonal: placed.bounds().diagonal(), data, fell_back: None }
     }
 
     /// Which renderer the scene is for.

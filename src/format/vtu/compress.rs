@@ -13,7 +13,7 @@ const SMALL_BLOCK: usize = 1 << 20;
 
 /// One of VTK's data compressors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Compressor {
+pub(in crate::format) enum Compressor {
     /// `vtkZLibDataCompressor`: a zlib stream a block.
     Zlib,
     /// `vtkLZ4DataCompressor`: a raw LZ4 block, without a frame.

@@ -121,7 +121,7 @@ pub enum ArrayError {
 }
 
 /// Reads the arrays of a file.
-pub(super) struct ArrayReader<'a> {
+pub(in crate::format) struct ArrayReader<'a> {
     pub source: &'a Source<'a>,
     pub head: &'a Head,
     pub progress: &'a Progress,

@@ -9,12 +9,12 @@
 //! * `byte_order` defaults to little-endian, `header_type` to UInt32, `NumberOfComponents` to 1 (for points 3).
 
 mod compress;
-mod data;
-mod number;
+pub(super) mod data;
+pub(super) mod number;
 #[cfg(test)]
 mod tests;
 pub mod write;
-mod xml;
+pub(super) mod xml;
 
 pub use data::ArrayError;
 
@@ -27,7 +27,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::io;
-use xml::{Array, Head, Piece, Section};
+use xml::{Array, Head, Kind, Piece, Section};
 
 /// Ghost bits (`vtkDataSetAttributes.h`) of cells that are not the piece's own: duplicate, refined, hidden.
 const DROPPED_GHOSTS: u8 = 1 | 8 | 32;
@@ -44,6 +44,9 @@ pub enum VtuError {
     /// It is something else.
     #[error("this is not a .vtu file: {0}")]
     NotVtu(String),
+    /// It is something else than image data.
+    #[error("this is not a .vti file: {0}")]
+    NotVti(String),
     /// The markup is broken.
     #[error("not well-formed XML at byte {at}: {reason}")]
     Xml {
@@ -107,7 +110,7 @@ pub fn parse(bytes: &[u8], progress: &Progress) -> Result<MeshParts, VtuError> {
 
 /// Reads a `.vtu` file. `progress` counts the bytes of its arrays.
 pub(super) fn read(source: &Source<'_>, progress: &Progress) -> Result<MeshParts, VtuError> {
-    let head = xml::read_head(source)?;
+    let head = xml::read_head(source, Kind::UnstructuredGrid)?;
     progress.begin("reading", source.len());
     let mesh = Reader { arrays: ArrayReader { source, head: &head, progress }, head: &head };
     mesh.check_counts()?;

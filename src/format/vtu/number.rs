@@ -9,7 +9,7 @@ const PARALLEL_ITEMS: usize = 1 << 14;
 
 /// Which byte of a number comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum ByteOrder {
+pub(in crate::format) enum ByteOrder {
     /// The least significant, as on x86 and ARM; also what an absent `byte_order` means.
     Little,
     /// The most significant.
@@ -18,7 +18,7 @@ pub(super) enum ByteOrder {
 
 /// VTK's numeric types.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum ScalarType {
+pub(in crate::format) enum ScalarType {
     Int8,
     UInt8,
     Int16,
@@ -69,7 +69,7 @@ impl ScalarType {
 
 /// A number of any type, without loss.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Number {
+pub(in crate::format) enum Number {
     Signed(i64),
     Unsigned(u64),
     Float(f64),
@@ -108,7 +108,7 @@ impl std::fmt::Display for Number {
 }
 
 /// What numbers of a file become: one or several consecutive ones make one item of a mesh.
-pub(super) trait Item: Copy + Default + Send + Sync {
+pub(in crate::format) trait Item: Copy + Default + Send + Sync {
     /// How many numbers make an item.
     const NUMBERS: usize;
     /// What a number must be, for error messages.
@@ -160,6 +160,29 @@ impl Item for u8 {
     }
 }
 
+macro_rules! integer_item {
+    ($($t:ty, $expected:literal;)*) => { $(
+        impl Item for $t {
+            const NUMBERS: usize = 1;
+            const EXPECTED: &'static str = $expected;
+
+            #[inline(always)]
+            fn from_numbers(number: impl Fn(usize) -> Number) -> Option<Self> {
+                number(0).to_index()
+            }
+        }
+    )* };
+}
+
+// Voxels.
+integer_item! {
+    i8, "an integer of 8 bits";
+    i16, "an integer of 16 bits";
+    u16, "an integer from 0 to 65535";
+    i32, "an integer of 32 bits";
+    u32, "an integer from 0 to 4294967295";
+}
+
 /// A place in the connectivity.
 impl Item for u64 {
     const NUMBERS: usize = 1;
@@ -184,7 +207,12 @@ impl Item for [u32; 4] {
 
 /// Appends the items that `bytes`, whole items long, spell. The caller has reserved the room. If a number does not fit, its place in
 /// `bytes` (counted in numbers) and what it is.
-pub(super) fn append_binary<I: Item>(out: &mut Vec<I>, bytes: &[u8], scalar: ScalarType, order: ByteOrder) -> Result<(), (usize, Number)> {
+pub(in crate::format) fn append_binary<I: Item>(
+    out: &mut Vec<I>,
+    bytes: &[u8],
+    scalar: ScalarType,
+    order: ByteOrder,
+) -> Result<(), (usize, Number)> {
     match order {
         ByteOrder::Little => append_ordered::<I, false>(out, bytes, scalar),
         ByteOrder::Big => append_ordered::<I, true>(out, bytes, scalar),
@@ -245,7 +273,7 @@ fn append_words<I: Item, const N: usize, const BIG: bool>(
 
 /// Appends the numbers that blank-separated `text` spells, the floats of a Float32 array rounded to f32. On text that is no number, how
 /// many went before it and the text.
-pub(super) fn append_text(out: &mut Vec<Number>, text: &[u8], scalar: ScalarType) -> Result<(), (usize, String)> {
+pub(in crate::format) fn append_text(out: &mut Vec<Number>, text: &[u8], scalar: ScalarType) -> Result<(), (usize, String)> {
     for token in text.split(u8::is_ascii_whitespace).filter(|token| !token.is_empty()) {
         match parse(token, scalar) {
             Some(number) => out.push(number),

@@ -1,4 +1,4 @@
-//! The XML of a `.vtu` file: what pieces and arrays there are, and where in the file their numbers lie.
+//! The XML of a `.vtu` or `.vti` file: what pieces and arrays there are, and where in the file their numbers lie.
 //!
 //! Only the markup goes through quick-xml. The numbers between the tags are skipped and remembered by place, and what follows
 //! `<AppendedData>` is not XML at all.
@@ -23,15 +23,57 @@ const DEPTH_LIMIT: usize = 50;
 /// Pieces and arrays that one file may have.
 const NODES_LIMIT: usize = 1 << 20;
 
+/// The kinds of VTK's XML files that octetra reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::format) enum Kind {
+    /// `.vtu`.
+    UnstructuredGrid,
+    /// `.vti`.
+    ImageData,
+}
+
+impl Kind {
+    /// The name of the root's type, and of the element with the pieces.
+    fn name(self) -> &'static str {
+        match self {
+            Kind::UnstructuredGrid => "UnstructuredGrid",
+            Kind::ImageData => "ImageData",
+        }
+    }
+
+    /// The error of a file of another kind.
+    fn no(self, reason: String) -> VtuError {
+        match self {
+            Kind::UnstructuredGrid => VtuError::NotVtu(reason),
+            Kind::ImageData => VtuError::NotVti(reason),
+        }
+    }
+}
+
+/// Where the points of an image lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::format) struct ImageFrame {
+    /// First and last point of all pieces along x, y, z.
+    pub extent: [i64; 6],
+    /// Where point (0, 0, 0) lies, whether the extent has it or not.
+    pub origin: [f64; 3],
+    /// Distance between points.
+    pub spacing: [f64; 3],
+    /// A matrix of columns, the directions of the axes; row by row.
+    pub direction: [f64; 9],
+}
+
 /// What stands before the numbers: how they are written, and the pieces.
 #[derive(Debug)]
-pub(super) struct Head {
+pub(in crate::format) struct Head {
     /// Of header words and data; little-endian where the file does not say.
     pub byte_order: ByteOrder,
     /// Bytes of a header word: 4 (also where the file does not say) or 8.
     pub header_size: usize,
     /// What binary arrays are compressed with.
     pub compressor: Option<Compressor>,
+    /// Where an image lies; `None` in `.vtu` files.
+    pub image: Option<ImageFrame>,
     /// The pieces, in order.
     pub pieces: Vec<Piece>,
     /// The data behind the XML, if any.
@@ -40,7 +82,7 @@ pub(super) struct Head {
 
 /// Data behind the XML.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Appended {
+pub(in crate::format) struct Appended {
     /// Where in the file they start: the byte after the underscore, which offsets count from.
     pub start: u64,
     /// Whether they are base64 text; else raw bytes.
@@ -49,7 +91,9 @@ pub(super) struct Appended {
 
 /// A part of the mesh with points and cells of its own.
 #[derive(Debug, Default)]
-pub(super) struct Piece {
+pub(in crate::format) struct Piece {
+    /// First and last point along x, y, z; of pieces of images only.
+    pub extent: [i64; 6],
     /// Number of points, as the file states it.
     pub points: u64,
     /// Number of cells, as the file states it.
@@ -66,7 +110,7 @@ pub(super) struct Piece {
 
 /// `<PointData>` or `<CellData>`.
 #[derive(Debug, Default)]
-pub(super) struct Section {
+pub(in crate::format) struct Section {
     /// Its numeric arrays, in order.
     pub arrays: Vec<Array>,
     /// The array marked as the scalars.
@@ -82,7 +126,7 @@ impl Section {
 
 /// A `<DataArray>`.
 #[derive(Debug)]
-pub(super) struct Array {
+pub(in crate::format) struct Array {
     /// Its name; empty where it has none.
     pub name: String,
     /// The type of its numbers.
@@ -95,7 +139,7 @@ pub(super) struct Array {
 
 /// Where an array's numbers lie, and how they are written.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Place {
+pub(in crate::format) enum Place {
     /// As text between the tags, bytes of the file.
     Ascii(Range<u64>),
     /// As base64 between the tags, bytes of the file.
@@ -105,8 +149,8 @@ pub(super) enum Place {
 }
 
 /// Reads everything up to the appended data, or to the end of the file if there are none.
-pub(super) fn read_head(source: &Source<'_>) -> Result<Head, VtuError> {
-    let mut walker = Walker::new(source)?;
+pub(in crate::format) fn read_head(source: &Source<'_>, kind: Kind) -> Result<Head, VtuError> {
+    let mut walker = Walker::new(source, kind)?;
     let root = walker.root()?;
     let mut head = Head {
         byte_order: root
@@ -114,14 +158,16 @@ pub(super) fn read_head(source: &Source<'_>) -> Result<Head, VtuError> {
             .unwrap_or(ByteOrder::Little),
         header_size: root.one_of("header_type", &[("UInt32", 4), ("UInt64", 8)])?.unwrap_or(4),
         compressor: root.one_of("compressor", &Compressor::NAMES)?,
+        image: None,
         pieces: Vec::new(),
         appended: None,
     };
     let mut has_grid = false;
     loop {
         match walker.next()? {
-            Node::Open(e) if e.name == "UnstructuredGrid" => {
+            Node::Open(e) if e.name == kind.name() => {
                 has_grid = true;
+                head.image = if kind == Kind::ImageData { Some(e.image_frame()?) } else { None };
                 walker.grid(&mut head.pieces)?;
             }
             Node::Open(e) if e.name == "AppendedData" => {
@@ -134,7 +180,7 @@ pub(super) fn read_head(source: &Source<'_>) -> Result<Head, VtuError> {
             Node::Other => {}
         }
     }
-    if has_grid { Ok(head) } else { Err(VtuError::NotVtu("it has no element <UnstructuredGrid>".into())) }
+    if has_grid { Ok(head) } else { Err(kind.no(format!("it has no element <{}>", kind.name()))) }
 }
 
 /// An opening tag.
@@ -182,6 +228,33 @@ impl Element {
         value.parse().map(Some).map_err(|_| self.bad(attribute, value, "an integer from 0".into()))
     }
 
+    /// An attribute of `N` numbers between blanks.
+    fn numbers<T: std::str::FromStr, const N: usize>(&self, attribute: &'static str) -> Result<Option<[T; N]>, VtuError> {
+        let Some(value) = self.get(attribute) else { return Ok(None) };
+        let numbers: Vec<T> = value.split_ascii_whitespace().map_while(|number| number.parse().ok()).collect();
+        let all = value.split_ascii_whitespace().count() == N;
+        let bad = |_| self.bad(attribute, value, format!("{N} numbers"));
+        if all { numbers.try_into().map(Some).map_err(bad) } else { Err(bad(numbers)) }
+    }
+
+    /// First and last point along three axes.
+    fn extent(&self, attribute: &'static str) -> Result<[i64; 6], VtuError> {
+        const EXPECTED: &str = "first and last point along x, y, z";
+        let extent = self.numbers::<i64, 6>(attribute)?.ok_or_else(|| self.bad(attribute, "", EXPECTED.into()))?;
+        let is_sound = |&[first, last]: &[i64; 2]| first <= last && first > i64::MIN / 4 && last < i64::MAX / 4;
+        let pairs = [[extent[0], extent[1]], [extent[2], extent[3]], [extent[4], extent[5]]];
+        if pairs.iter().all(is_sound) { Ok(extent) } else { Err(self.bad(attribute, &format!("{extent:?}"), EXPECTED.into())) }
+    }
+
+    fn image_frame(&self) -> Result<ImageFrame, VtuError> {
+        Ok(ImageFrame {
+            extent: self.extent("WholeExtent")?,
+            origin: self.numbers("Origin")?.unwrap_or([0.0; 3]),
+            spacing: self.numbers("Spacing")?.unwrap_or([1.0; 3]),
+            direction: self.numbers("Direction")?.unwrap_or([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]),
+        })
+    }
+
     fn bad(&self, attribute: &'static str, value: &str, expected: String) -> VtuError {
         let of = self.get("Name").map_or_else(String::new, |name| format!(" of \"{name}\""));
         VtuError::Attribute { element: format!("<{}>{of}", self.name), attribute, found: value.chars().take(60).collect(), expected }
@@ -208,13 +281,14 @@ struct Walker<'a> {
     text: Option<Range<u64>>,
     /// Pieces and arrays so far.
     nodes: usize,
+    kind: Kind,
 }
 
 impl<'a> Walker<'a> {
-    fn new(source: &'a Source<'_>) -> Result<Self, VtuError> {
+    fn new(source: &'a Source<'_>, kind: Kind) -> Result<Self, VtuError> {
         let mut reader = Reader::from_reader(Limited { inner: source.stream()?, left: MARKUP_LIMIT });
         reader.config_mut().expand_empty_elements = true;
-        Ok(Walker { reader, buffer: Vec::new(), open: Vec::new(), text: None, nodes: 0 })
+        Ok(Walker { reader, buffer: Vec::new(), open: Vec::new(), text: None, nodes: 0, kind })
     }
 
     /// The next tag; the text before it is left in `self.text`.
@@ -278,30 +352,30 @@ impl<'a> Walker<'a> {
         Ok(())
     }
 
-    /// The root element, which must be that of an unstructured grid.
+    /// The root element, which must be that of the kind of file.
     fn root(&mut self) -> Result<Element, VtuError> {
         loop {
             match self.next() {
                 Ok(Node::Open(e)) if e.name != "VTKFile" => {
-                    return Err(VtuError::NotVtu(format!("its root element is <{}>, expected <VTKFile>", e.name)));
+                    return Err(self.kind.no(format!("its root element is <{}>, expected <VTKFile>", e.name)));
                 }
                 Ok(Node::Open(e)) => {
                     return match e.get("type") {
-                        Some("UnstructuredGrid") => Ok(e),
+                        Some(found) if found == self.kind.name() => Ok(e),
                         other => {
                             let found = other.unwrap_or("");
-                            Err(VtuError::NotVtu(format!("it is a VTK file of type \"{found}\", expected \"UnstructuredGrid\"")))
+                            Err(self.kind.no(format!("it is a VTK file of type \"{found}\", expected \"{}\"", self.kind.name())))
                         }
                     };
                 }
                 Ok(_) => {}
-                Err(VtuError::Xml { reason, .. }) if self.open.is_empty() => return Err(VtuError::NotVtu(reason)),
+                Err(VtuError::Xml { reason, .. }) if self.open.is_empty() => return Err(self.kind.no(reason)),
                 Err(e) => return Err(e),
             }
         }
     }
 
-    /// The content of `<UnstructuredGrid>`. Field data are not read.
+    /// The content of `<UnstructuredGrid>` or `<ImageData>`. Field data are not read.
     fn grid(&mut self, pieces: &mut Vec<Piece>) -> Result<(), VtuError> {
         loop {
             match self.next()? {
@@ -319,7 +393,10 @@ impl<'a> Walker<'a> {
     fn piece(&mut self, element: &Element) -> Result<Piece, VtuError> {
         self.count_node()?;
         let count = |attribute| element.count(attribute)?.ok_or_else(|| element.bad(attribute, "", "an integer from 0".into()));
-        let mut piece = Piece { points: count("NumberOfPoints")?, cells: count("NumberOfCells")?, ..Piece::default() };
+        let mut piece = match self.kind {
+            Kind::UnstructuredGrid => Piece { points: count("NumberOfPoints")?, cells: count("NumberOfCells")?, ..Piece::default() },
+            Kind::ImageData => Piece { extent: element.extent("Extent")?, ..Piece::default() },
+        };
         loop {
             match self.next()? {
                 Node::Open(e) => match e.name.as_str() {
@@ -442,7 +519,7 @@ mod tests {
     use super::*;
 
     fn head(text: &str) -> Result<Head, VtuError> {
-        read_head(&Source::Bytes(text.as_bytes()))
+        read_head(&Source::Bytes(text.as_bytes()), Kind::UnstructuredGrid)
     }
 
     fn with_array(array: &str) -> String {
