@@ -5,7 +5,9 @@ use octetra::cpu;
 use octetra::gpu::shader::NodeStorage;
 use octetra::gpu::{Context, GpuError, Marcher, OctreeVolume, Target};
 use octetra::image::difference;
-use octetra::octree::{CellKind, Octree, OctreeTexture};
+use octetra::mesh::generate::{Shape, plan};
+use octetra::mesh::{Association, ScalarField, collect};
+use octetra::octree::{CellKind, Octree, OctreeParams, OctreeTexture, regularize};
 use octetra::optics::Classifier;
 use octetra::progress::Progress;
 use octetra::view::{Camera, OpacityModel, Projection, RayFrame, RenderSettings, Steps, TransferFunction};
@@ -75,6 +77,42 @@ fn gpu_and_cpu_draw_the_same() {
                 let off = on_cpu.samples.abs_diff(on_gpu.samples) as f64 / on_cpu.samples as f64;
                 assert!(off < 1e-3, "{what}: {} samples on the CPU, {} on the GPU", on_cpu.samples, on_gpu.samples);
                 assert!(on_cpu.image.pixels.iter().filter(|p| p[3] > 0.1).count() > 500, "{what}: something is seen");
+            }
+        }
+    }
+}
+
+#[test]
+fn gpu_and_cpu_draw_the_same_continuous_field_inside_the_same_surface() {
+    let context = context();
+    let marcher = Marcher::new(&context).expect("the shaders compile");
+    let mesh = collect(&*plan(Shape::Ball, Some(6000)).expect("a size that can be made")).expect("valid");
+    let values = mesh.points().iter().map(|p| (4.0 * p.x).sin() + p.y * p.z).collect();
+    let field = ScalarField::new("f".into(), Association::Points, values);
+    let params = OctreeParams { max_depth: 7, ..OctreeParams::default() };
+    let texture = OctreeTexture::encode(&regularize(&mesh, &field, &params, &Progress::new()).expect("regularizes")).expect("fits");
+    let surface = params.surface(&mesh, &field);
+    let classifier = Classifier::new(&TransferFunction::standard(), texture.value_range(), mesh.bounds().diagonal());
+    let inside = Camera {
+        eye: DVec3::new(0.1, 0.2, -0.1),
+        target: DVec3::X,
+        up: DVec3::Z,
+        projection: Projection::Perspective { fov_y_degrees: 100.0 },
+    };
+    for storage in [NodeStorage::Buffer, NodeStorage::Texture] {
+        for surface in [None, surface.as_deref()] {
+            let volume = OctreeVolume::upload_as(&context, &texture, surface, storage).expect("fits");
+            for camera in [Camera::orbit(mesh.bounds(), 4, 1.3), inside] {
+                for steps in [Steps::Leaf, Steps::Paper] {
+                    let frame = frame(&camera, [75, 61]);
+                    let settings = RenderSettings { steps, ..RenderSettings::new(75, 61) };
+                    let on_cpu = cpu::march(&texture, surface, &frame, &classifier, &settings, &Progress::new()).expect("nobody cancels");
+                    let on_gpu = marcher.render(&context, &volume, &frame, &classifier, &settings).expect("renders");
+                    let (p999, worst) = difference(&on_cpu.image, &on_gpu.image);
+                    let what = format!("{storage:?}, surface {}, {steps:?}", surface.is_some());
+                    assert!(p999 <= 1e-4 && worst <= 1.0 / 255.0, "{what}: 99.9 % within {p999}, worst {worst}");
+                    assert!(on_cpu.image.pixels.iter().filter(|p| p[3] > 0.1).count() > 500, "{what}: something is seen");
+                }
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Work in the background: a thread, its progress, and a channel of results.
 
 use crate::progress::Progress;
+use anyhow::{Result, anyhow};
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
 
@@ -75,6 +76,14 @@ impl<T> Job<T> {
 impl<T> Drop for Job<T> {
     fn drop(&mut self) {
         self.progress.cancel();
+    }
+}
+
+/// The one result of a job that has ended.
+pub fn outcome<T>(polled: Polled<Result<T>>) -> Result<T> {
+    match polled {
+        Polled::Result(result) => result,
+        Polled::Pending | Polled::Ended => Err(anyhow!("the work in the background broke off, a fault of octetra")),
     }
 }
 

@@ -1,27 +1,34 @@
 //! The window: state, input, and jobs on threads. What it shows is computed by the library.
 //!
 //! ```text
-//! viewer     the window: what is open, what is chosen, what is shown, and what is on its way
-//! panel      the widgets beside the picture
-//! navigate   mouse and keys to cameras
-//! settings   what the user has chosen
-//! model      the long work: opening, regularizing, exact pictures, saving
-//! jobs       work in the background, with progress, cancelled when dropped
-//! pace       how fine to draw while the view moves
-//! viewport   the picture on the GPU
+//! viewer        the window: what is open, what is chosen, what is shown, and what is on its way
+//! panel         the widgets beside the picture
+//! thresholds    those of the octree, and its numbers
+//! widgets       what they are made of
+//! navigate      mouse and keys to cameras
+//! settings      what the user has chosen
+//! octree_stage  the octree: being built, built, measured
+//! model         the long work: opening, regularizing, measuring, exact pictures, saving
+//! jobs          work in the background, with progress, cancelled when dropped
+//! pace          how fine to draw while the view moves
+//! viewport      the picture on the GPU
 //! ```
 
 mod jobs;
 mod model;
 mod navigate;
+mod octree_stage;
 mod pace;
 mod panel;
 mod settings;
+mod thresholds;
 mod viewer;
 mod viewport;
+mod widgets;
 
 use crate::mesh::{Component, TetMesh};
 use crate::octree::OctreeParams;
+use crate::study::ErrorSampling;
 use crate::view::View;
 use anyhow::{Result, anyhow, bail};
 use std::path::PathBuf;
@@ -43,6 +50,8 @@ pub struct Options {
     pub view: View,
     /// The first thresholds.
     pub params: OctreeParams,
+    /// How the octree's error is measured; its tolerance counts for nothing, the octree's does.
+    pub error: ErrorSampling,
     /// Budget for mesh and octree in bytes, checked before another mesh is opened.
     pub memory_bytes: u64,
     /// Where screenshots are written.

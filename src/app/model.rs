@@ -2,10 +2,11 @@
 
 use crate::format;
 use crate::image::{Background, Image, write_png};
-use crate::mesh::{FieldSelection, ScalarField, TetMesh};
-use crate::octree::{OctreeParams, OctreeTexture, regularize};
+use crate::mesh::{BoundarySurface, FieldSelection, ScalarField, TetMesh};
+use crate::octree::{Boundary, ErrorBound, OctreeParams, OctreeTexture, Unmet, error_bound, regularize};
 use crate::progress::Progress;
 use crate::render::{Picture, Renderer, Scene};
+use crate::study::{ErrorSampling, FieldError};
 use crate::view::View;
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
@@ -27,6 +28,10 @@ pub struct Document {
 pub struct OctreeModel {
     /// What the renderer draws.
     pub scene: Arc<Scene>,
+    /// Of what.
+    pub field: FieldSelection,
+    /// How it was built.
+    pub params: OctreeParams,
     /// Smallest and largest value of the field, data units.
     pub value_range: [f64; 2],
     /// Interior cells and full leaves.
@@ -35,10 +40,23 @@ pub struct OctreeModel {
     pub leaves_by_depth: Vec<usize>,
     /// Bytes of the texture.
     pub bytes: usize,
+    /// The surface that rays are cut to, if they are.
+    pub surface: Option<Arc<BoundarySurface>>,
+    /// Where the tolerance is not met, if there is one.
+    pub unmet: Option<Unmet>,
     /// Seconds from the mesh in memory to the encoded texture.
     pub build_s: f64,
-    /// Seconds to copy it to the device.
+    /// Seconds to copy it and the surface to the device.
     pub upload_s: f64,
+}
+
+/// How far an octree is from its field.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Accuracy {
+    /// As measured at random points.
+    pub error: FieldError,
+    /// What it exceeds nowhere in the mesh; found after the rest.
+    pub bound: Option<ErrorBound>,
 }
 
 /// Steps of an exact picture, in the order in which they come.
@@ -68,12 +86,13 @@ pub fn open(path: &Path, memory_bytes: u64, progress: &Progress) -> Result<Docum
     Ok(Document { name, mesh: Arc::new(mesh), field: FieldSelection { name: Some(field.name), ..FieldSelection::default() } })
 }
 
-/// Regularizes a field and copies the texture to the device.
+/// Regularizes a field and copies the texture to the device. `surface` is the mesh's for this field, if an octree before was built with it.
 pub fn build_octree(
     renderer: &Renderer,
     mesh: &TetMesh,
     selection: &FieldSelection,
     params: &OctreeParams,
+    surface: Option<Arc<BoundarySurface>>,
     progress: &Progress,
 ) -> Result<OctreeModel> {
     let start = Instant::now();
@@ -83,9 +102,41 @@ pub fn build_octree(
     let build_s = start.elapsed().as_secs_f64();
     progress.check()?;
     let bytes = texture.bytes();
-    let (scene, upload_s) = renderer.octree_scene(mesh, texture, params.surface(mesh, &field))?;
-    let (nodes, leaves_by_depth) = (tree.node_count(), tree.leaves_by_depth());
-    Ok(OctreeModel { scene: Arc::new(scene), value_range: field.range, nodes, leaves_by_depth, bytes, build_s, upload_s })
+    let surface = surface.filter(|_| params.boundary == Boundary::Mesh).or_else(|| params.surface(mesh, &field));
+    progress.check()?;
+    let (scene, upload_s) = renderer.octree_scene(mesh, texture, surface.clone())?;
+    Ok(OctreeModel {
+        scene: Arc::new(scene),
+        field: selection.clone(),
+        value_range: field.range,
+        nodes: tree.node_count(),
+        leaves_by_depth: tree.leaves_by_depth(),
+        bytes,
+        surface,
+        unmet: tree.unmet,
+        params: tree.params,
+        build_s,
+        upload_s,
+    })
+}
+
+/// Measures how far an octree's texture is from its field, how often by more than its tolerance, and bounds it. Gives
+/// what was measured at once, and again with the bound.
+pub fn measure(
+    mesh: &TetMesh,
+    octree: &OctreeModel,
+    sampling: &ErrorSampling,
+    progress: &Progress,
+    mut give: impl FnMut(Accuracy),
+) -> Result<()> {
+    let field = ScalarField::select(mesh, &octree.field)?;
+    let texture = octree.scene.texture().context("the scene is no octree's")?;
+    let sampling = ErrorSampling { tolerance: octree.params.tolerance, ..*sampling };
+    let error = FieldError::measure(mesh, &field, texture, &sampling, progress)?;
+    give(Accuracy { error: error.clone(), bound: None });
+    let bound = error_bound(mesh, &field, texture, progress)?;
+    give(Accuracy { error, bound: Some(bound) });
+    Ok(())
 }
 
 /// Links the mesh, if there is no scene of it, and draws it, coarsely first, unless the device can.

@@ -3,25 +3,25 @@
 use super::navigate::AXES;
 use super::settings::{Transfer, component_label};
 use super::viewer::Viewer;
+use super::widgets::{choice, combo, mebibytes, number, numbers, row, rows, section, significant, thousands};
 use crate::mesh::{Component, DataArray};
-use crate::octree::{Boundary, Preset, Sampling};
 use crate::view::{RendererKind, Steps, TransferFunction};
-use egui::{Color32, ComboBox, Grid, Response, RichText, Slider, Ui, WidgetText, pos2, vec2};
-
-/// Width of the column of names.
-const NAMES: f32 = 96.0;
+use egui::{Color32, RichText, Slider, Ui, pos2, vec2};
 
 impl Viewer {
     /// All of the panel.
     pub(super) fn panel(&mut self, ui: &mut Ui) {
-        ui.spacing_mut().slider_width = 110.0;
+        ui.spacing_mut().slider_width = 100.0;
         ui.spacing_mut().combo_width = 172.0;
+        self.octree.held = false; // the slider that is says so
         ui.add_space(6.0);
         self.file_buttons(ui);
         section(ui, "Field", |ui| self.field(ui));
         section(ui, "Colours", |ui| self.colours(ui));
         section(ui, "Picture", |ui| self.picture_settings(ui));
         section(ui, "Octree", |ui| self.thresholds(ui));
+        section(ui, "Accuracy", |ui| self.accuracy(ui));
+        section(ui, "Size", |ui| self.size(ui));
         section(ui, "Camera", |ui| self.camera(ui));
         section(ui, "Mesh", |ui| self.mesh_numbers(ui));
         ui.add_space(8.0);
@@ -96,15 +96,21 @@ impl Viewer {
             choice(
                 ui,
                 "Renderer",
+                "What is drawn; E flips between the two",
                 &mut render.renderer,
                 &[
-                    (RendererKind::Octree, "octree", "The octree texture, marched on the GPU"),
-                    (RendererKind::Exact, "exact", "The mesh itself, every ray through every tet: what the octree is to look like"),
+                    (RendererKind::Octree, "octree", "The octree texture, marched on the GPU (E flips to exact)"),
+                    (
+                        RendererKind::Exact,
+                        "exact",
+                        "The mesh itself, every ray through every tet: what the octree is to look like (E flips to the octree)",
+                    ),
                 ],
             );
             choice(
                 ui,
                 "Steps",
+                "Where the octree is looked up along a ray",
                 &mut render.steps,
                 &[
                     (Steps::Leaf, "leaf", "From leaf to leaf: misses nothing"),
@@ -112,65 +118,6 @@ impl Viewer {
                 ],
             );
         });
-    }
-
-    fn thresholds(&mut self, ui: &mut Ui) {
-        let params = &mut self.settings.params;
-        ui.horizontal(|ui| {
-            for (name, preset) in Preset::ALL {
-                if ui.selectable_label(*params == preset.params(), name).clicked() {
-                    *params = preset.params();
-                }
-            }
-        });
-        rows(ui, "thresholds", |ui| {
-            let depth = Slider::new(&mut params.max_depth, 1..=12).clamping(egui::SliderClamping::Edits);
-            row(ui, "Max depth", "No cell is deeper", depth);
-            let tets = Slider::new(&mut params.max_leaf_tets, 1..=1000).logarithmic(true).clamping(egui::SliderClamping::Edits);
-            row(ui, "Max tets V", "A cell with fewer tets is a leaf", tets);
-            let variance = Slider::new(&mut params.max_leaf_variance, 0.0..=0.1).logarithmic(true).smallest_positive(1e-7);
-            let variance = variance.custom_formatter(|v, _| if v == 0.0 { "0".into() } else { format!("{v:.1e}") });
-            row(ui, "Max variance W", "A cell whose values, in [0, 1], vary less is a leaf; 1e-4 is 1 % of the range", variance);
-            let initial = Slider::new(&mut params.initial_cell_tets, 1.0..=10000.0).logarithmic(true).max_decimals(1);
-            let initial = row(ui, "Initial tets U", "Cells are divided uniformly until they hold fewer tets than this on average", initial);
-            if initial.changed() {
-                params.initial_depth = None;
-            }
-            choice(
-                ui,
-                "Sampling",
-                &mut params.sampling,
-                &[
-                    (Sampling::Tets, "tets", "A leaf's value by inverse distance to its tets: linear inside the mesh"),
-                    (Sampling::Vertices, "vertices", "By inverse distance to their vertices: the paper's"),
-                ],
-            );
-            choice(
-                ui,
-                "Boundary",
-                &mut params.boundary,
-                &[
-                    (Boundary::Centres, "centres", "A leaf cut by the surface is full if its centre lies in the mesh"),
-                    (Boundary::Cells, "cells", "It is full if any tet overlaps it: the paper read literally"),
-                ],
-            );
-        });
-        self.octree_numbers_grid(ui);
-    }
-
-    fn octree_numbers_grid(&self, ui: &mut Ui) {
-        let Some(model) = &self.octree.model else { return };
-        ui.add_space(4.0);
-        let uniform = self.settings.params.uniform_depth(self.document.mesh.tets().len() - self.document.mesh.zero_volume_count());
-        rows(ui, "octree numbers", |ui| {
-            number(ui, "Nodes", thousands(model.nodes));
-            number(ui, "Texture", mebibytes(model.bytes));
-            number(ui, "Uniform to", format!("depth {uniform}"));
-            number(ui, "Build, upload", format!("{:.0} ms, {:.1} ms", model.build_s * 1e3, model.upload_s * 1e3));
-        });
-        ui.add_space(4.0);
-        ui.weak("Leaves by depth");
-        leaves(ui, &model.leaves_by_depth);
     }
 
     fn camera(&mut self, ui: &mut Ui) {
@@ -194,7 +141,7 @@ impl Viewer {
 
     fn mesh_numbers(&self, ui: &mut Ui) {
         let mesh = &self.document.mesh;
-        rows(ui, "mesh", |ui| {
+        numbers(ui, "mesh", |ui| {
             number(ui, "Points", thousands(mesh.points().len()));
             number(ui, "Tets", thousands(mesh.tets().len()));
             number(ui, "Zero volume", thousands(mesh.zero_volume_count()));
@@ -202,47 +149,6 @@ impl Viewer {
             number(ui, "Memory", mebibytes(mesh.bytes()));
         });
     }
-}
-
-fn section(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui)) {
-    ui.add_space(6.0);
-    egui::CollapsingHeader::new(RichText::new(name).strong()).default_open(true).show_unindented(ui, contents);
-}
-
-fn rows(ui: &mut Ui, id: &str, contents: impl FnOnce(&mut Ui)) {
-    Grid::new(id).num_columns(2).min_col_width(NAMES).spacing([8.0, 4.0]).show(ui, contents);
-}
-
-/// A name and a widget.
-fn row(ui: &mut Ui, name: &str, tip: &str, widget: impl egui::Widget) -> Response {
-    let label = ui.label(name).on_hover_text(tip);
-    let response = ui.add(widget).labelled_by(label.id).on_hover_text(tip);
-    ui.end_row();
-    response
-}
-
-fn combo(ui: &mut Ui, name: &str, tip: &str, chosen: &str, choices: impl FnOnce(&mut Ui)) {
-    let label = ui.label(name).on_hover_text(tip);
-    let response = ComboBox::from_id_salt(name).selected_text(chosen).truncate().show_ui(ui, choices).response;
-    response.labelled_by(label.id).on_hover_text(tip);
-    ui.end_row();
-}
-
-/// A name and a few values to choose from, each with its own explanation.
-fn choice<T: PartialEq + Copy>(ui: &mut Ui, name: &str, value: &mut T, choices: &[(T, &str, &str)]) {
-    ui.label(name);
-    ui.horizontal(|ui| {
-        for &(choice, text, tip) in choices {
-            ui.selectable_value(value, choice, text).on_hover_text(tip);
-        }
-    });
-    ui.end_row();
-}
-
-fn number(ui: &mut Ui, name: &str, value: impl Into<WidgetText>) {
-    ui.weak(name);
-    ui.label(value);
-    ui.end_row();
 }
 
 /// Colours over the value, with opacity as a line.
@@ -275,55 +181,6 @@ fn bar(ui: &mut Ui, tf: &TransferFunction) {
     ui.painter().line(points, egui::Stroke::new(1.5, Color32::WHITE));
 }
 
-/// A bar for every depth from the first with leaves to the last.
-fn leaves(ui: &mut Ui, leaves_by_depth: &[usize]) {
-    let most = leaves_by_depth.iter().copied().max().unwrap_or(0).max(1);
-    let first = leaves_by_depth.iter().position(|&n| n > 0).unwrap_or(0);
-    Grid::new("leaves").num_columns(3).min_col_width(16.0).min_row_height(14.0).spacing([8.0, 1.0]).show(ui, |ui| {
-        for (depth, &count) in leaves_by_depth.iter().enumerate().skip(first) {
-            ui.label(RichText::new(format!("{depth:>2}")).small().monospace());
-            let (rect, _) = ui.allocate_exact_size(vec2(172.0, 10.0), egui::Sense::hover());
-            let width = rect.width() * count as f32 / most as f32;
-            let filled = egui::Rect::from_min_size(rect.min, vec2(width.max(if count > 0 { 1.0 } else { 0.0 }), rect.height()));
-            ui.painter().rect_filled(filled, 1.0, ui.visuals().selection.bg_fill);
-            ui.label(RichText::new(thousands(count)).small());
-            ui.end_row();
-        }
-    });
-}
-
 fn vector_label(array: &DataArray) -> String {
     if array.components > 1 { format!(", {} numbers", array.components) } else { String::new() }
-}
-
-/// Digits in groups of three.
-fn thousands(number: usize) -> String {
-    let digits = number.to_string();
-    let starts_group = |i: usize| i > 0 && (digits.len() - i).is_multiple_of(3);
-    digits.char_indices().flat_map(|(i, c)| starts_group(i).then_some(' ').into_iter().chain([c])).collect()
-}
-
-fn mebibytes(bytes: usize) -> String {
-    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
-}
-
-/// Five significant digits.
-fn significant(value: f64) -> String {
-    let magnitude = value.abs();
-    if value != 0.0 && !(1e-3..1e6).contains(&magnitude) {
-        return format!("{value:.4e}");
-    }
-    let before_point = if magnitude >= 1.0 { magnitude.log10().floor() as usize + 1 } else { 1 };
-    format!("{value:.*}", 5usize.saturating_sub(before_point))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_short_and_legible() {
-        assert_eq!([0, 999, 1000, 1_234_567].map(thousands), ["0", "999", "1 000", "1 234 567"]);
-        assert_eq!([0.0, 4.9775, -123.456, 1234567.0, 2.5e-7].map(significant), ["0.0000", "4.9775", "-123.46", "1.2346e6", "2.5000e-7"]);
-    }
 }

@@ -1,18 +1,20 @@
 //! The window: what is open, what is chosen, what is shown, and what is on its way.
 
-use super::jobs::{Job, Polled};
-use super::model::{self, Document, ExactStep, OctreeModel};
+use super::jobs::{Job, Polled, outcome};
+use super::model::{self, Document, ExactStep};
 use super::navigate;
+use super::octree_stage::{Measured, OctreeStage};
 use super::pace::{Pace, divided};
 use super::settings::{Settings, Transfer};
 use super::viewport::Viewport;
 use super::{Options, title};
 use crate::gpu::FrameTime;
 use crate::mesh::FieldSelection;
-use crate::octree::OctreeParams;
+use crate::octree::{ErrorBound, OctreeParams, Unmet};
 use crate::render::{Renderer, Scene};
+use crate::study::FieldError;
 use crate::view::{Camera, RenderSettings, RendererKind, View};
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result};
 use egui::Key;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -31,10 +33,11 @@ pub struct Viewer {
     pub(super) octree: OctreeStage,
     pub(super) viewport: Viewport,
     pub(super) opening: Camera,
-    pub(super) frame_time: Option<FrameTime>,
     exact: ExactStage,
-    /// The view that the picture was marched for; `None` if the scene is another since.
-    shown: Option<View>,
+    /// The views that the pictures of octree and mesh were marched for; `None` if the scene is another since.
+    shown: [Option<View>; 2],
+    /// What these pictures took.
+    frame_times: [Option<FrameTime>; 2],
     loading: Option<Job<Result<Option<Document>>>>,
     saving: Option<Job<Result<PathBuf>>>,
     status: Status,
@@ -63,6 +66,14 @@ pub struct OctreeNumbers {
     pub leaves_by_depth: Vec<usize>,
     /// Bytes of the texture.
     pub bytes: usize,
+    /// Bytes of the mesh's surface, if rays are cut to it.
+    pub surface_bytes: Option<usize>,
+    /// Where the tolerance is not met, if there is one.
+    pub unmet: Option<Unmet>,
+    /// The error, once it is measured.
+    pub error: Option<FieldError>,
+    /// What it exceeds nowhere, once that is found.
+    pub bound: Option<ErrorBound>,
 }
 
 /// One line for the user.
@@ -82,20 +93,8 @@ impl Seen {
     }
 }
 
-/// What an octree is made from.
-type OctreeKey = (FieldSelection, OctreeParams);
-
 /// What an exact picture is made from.
 type ExactKey = (FieldSelection, View);
-
-/// The octree: being built, built, shown.
-#[derive(Default)]
-pub(super) struct OctreeStage {
-    /// What the last job was started for.
-    key: Option<OctreeKey>,
-    job: Option<Job<Result<OctreeModel>>>,
-    pub model: Option<Arc<OctreeModel>>,
-}
 
 /// The mesh itself: being linked; where the device has no room for it, being drawn in the background too.
 #[derive(Default)]
@@ -128,11 +127,11 @@ impl Viewer {
         Ok(Viewer {
             document: Document { name: options.name, mesh: Arc::new(options.mesh), field },
             opening: settings.camera,
-            octree: OctreeStage::default(),
+            octree: OctreeStage::new(options.error),
             exact: ExactStage::default(),
-            shown: None,
+            shown: [None, None],
+            frame_times: [None; 2],
             viewport,
-            frame_time: None,
             loading: None,
             saving: None,
             status: Status::default(),
@@ -152,15 +151,24 @@ impl Viewer {
     /// The numbers of the octree, once there is one.
     pub fn octree_numbers(&self) -> Option<OctreeNumbers> {
         let model = self.octree.model.as_ref()?;
-        Some(OctreeNumbers { nodes: model.nodes, leaves_by_depth: model.leaves_by_depth.clone(), bytes: model.bytes })
+        let accuracy = self.octree.accuracy.accuracy();
+        Some(OctreeNumbers {
+            nodes: model.nodes,
+            leaves_by_depth: model.leaves_by_depth.clone(),
+            bytes: model.bytes,
+            surface_bytes: model.surface.as_ref().map(|surface| surface.bytes()),
+            unmet: model.unmet,
+            error: accuracy.map(|accuracy| accuracy.error.clone()),
+            bound: accuracy.and_then(|accuracy| accuracy.bound),
+        })
     }
 
-    /// Whether the picture is the one asked for, in full, and nothing is on its way.
+    /// Whether the picture is the one asked for, in full, and nothing is on its way; the octree's error may still be measured.
     pub fn is_settled(&self) -> bool {
         let wanted = self.wanted();
-        let marched = self.shown.as_ref() == Some(&wanted);
-        let shown = match (self.settings.render.renderer, &self.exact.scene) {
-            (RendererKind::Octree, _) => marched && self.octree.key == Some(self.octree_key()),
+        let marched = self.shown[self.kind() as usize].as_ref() == Some(&wanted);
+        let shown = match (self.kind(), &self.exact.scene) {
+            (RendererKind::Octree, _) => marched && self.octree.is_of(&self.settings.field, &self.settings.params),
             (RendererKind::Exact, Some((field, scene))) if scene.is_on_device() => marched && *field == self.settings.field,
             (RendererKind::Exact, _) => self.exact.complete && self.exact.key == Some((self.settings.field.clone(), self.exact_view())),
         };
@@ -170,6 +178,11 @@ impl Viewer {
     /// Width and height of the picture in pixels. It lies in the window's upper right corner.
     pub fn picture_size(&self) -> [u32; 2] {
         self.size
+    }
+
+    /// The thresholds chosen.
+    pub fn params(&self) -> &OctreeParams {
+        &self.settings.params
     }
 
     /// Takes other thresholds, as moving their sliders does.
@@ -204,7 +217,7 @@ impl Viewer {
         let view = self.exact_view();
         let (renderer, folder, name) = (self.renderer.clone(), self.folder.clone(), self.document.name.clone());
         let save = move |scene: &Scene, progress: &_| model::save_picture(&renderer, scene, &view, &folder, &name, progress);
-        let job = match (view_kind(&self.settings), self.octree.model.clone(), self.exact.scene.clone()) {
+        let job = match (self.kind(), self.octree.model.clone(), self.exact.scene.clone()) {
             (RendererKind::Octree, Some(model), _) => Job::start(ctx, move |progress, results| results.give(save(&model.scene, progress))),
             (RendererKind::Exact, _, Some((_, scene))) => Job::start(ctx, move |progress, results| results.give(save(&scene, progress))),
             _ => return self.say("there is no picture yet"),
@@ -217,7 +230,7 @@ impl Viewer {
         let named = |(stage, done): (&'static str, Option<f32>)| (if stage.is_empty() { "working" } else { stage }, done);
         let jobs = [
             self.loading.as_ref().map(Job::progress),
-            self.octree.job.as_ref().map(Job::progress),
+            self.octree.progress(),
             self.exact.job.as_ref().map(Job::progress),
             self.saving.as_ref().map(Job::progress),
         ];
@@ -239,22 +252,25 @@ impl Viewer {
 
     /// The scene that the device marches, for the renderer chosen.
     fn marched_scene(&self) -> Option<Arc<Scene>> {
-        match view_kind(&self.settings) {
+        match self.kind() {
             RendererKind::Octree => self.octree.model.as_ref().map(|model| model.scene.clone()),
             RendererKind::Exact => self.exact.scene.as_ref().map(|(_, scene)| scene.clone()).filter(|scene| scene.is_on_device()),
         }
     }
 
-    /// Has the picture marched anew, since its scene is another.
-    fn show_anew(&mut self) {
-        self.shown = None;
-        self.viewport.stop_refining();
-        self.moved = Instant::now();
+    /// Has the picture of a renderer marched anew, since its scene is another.
+    fn show_anew(&mut self, kind: RendererKind) {
+        self.shown[kind as usize] = None;
+        self.viewport.stop_refining(kind);
         self.clear_error();
+        if self.kind() == kind {
+            self.moved = Instant::now();
+        }
     }
 
-    fn octree_key(&self) -> OctreeKey {
-        (self.settings.field.clone(), self.settings.params.clone())
+    /// The renderer chosen.
+    fn kind(&self) -> RendererKind {
+        self.settings.render.renderer
     }
 
     /// The view that fills the viewport.
@@ -283,7 +299,7 @@ impl Viewer {
                 }
             }
         }
-        if self.activity().is_some() {
+        if self.activity().is_some() || matches!(self.octree.accuracy, Measured::Running(..)) {
             ctx.request_repaint_after(BAR);
         }
     }
@@ -308,31 +324,21 @@ impl Viewer {
         self.settings.camera = self.opening;
         self.settings.field = document.field.clone();
         self.document = document;
-        self.octree = OctreeStage::default();
+        self.octree = self.octree.emptied();
         self.exact = ExactStage::default();
-        self.shown = None;
+        self.shown = [None, None];
+        [RendererKind::Octree, RendererKind::Exact].into_iter().for_each(|kind| self.viewport.stop_refining(kind));
         self.moved = Instant::now();
     }
 
     fn run_octree(&mut self, ctx: &egui::Context) {
-        let key = self.octree_key();
-        if view_kind(&self.settings) == RendererKind::Octree && self.octree.key.as_ref() != Some(&key) {
-            let (renderer, mesh, (field, params)) = (self.renderer.clone(), self.document.mesh.clone(), key.clone());
-            self.octree.job = Some(Job::start(ctx, move |progress, results| {
-                results.give(model::build_octree(&renderer, &mesh, &field, &params, progress));
-            }));
-            self.octree.key = Some(key);
-        }
-        let ended = match self.octree.job.as_ref().map(Job::poll) {
-            None | Some(Polled::Pending) => return,
-            Some(ended) => ended,
-        };
-        self.octree.job = None;
-        match outcome(ended) {
-            Ok(model) => {
-                self.octree.model = Some(Arc::new(model));
-                self.show_anew();
-            }
+        let Settings { field, params, .. } = &self.settings;
+        // Beside the exact picture the octree is built for its numbers, and to be there when it is wanted: after that picture.
+        let linked = self.exact.job.is_none() && self.exact.scene.as_ref().is_some_and(|(of, _)| of == field);
+        let build = self.kind() == RendererKind::Octree || linked;
+        match self.octree.run(ctx, &self.renderer, &self.document.mesh, (field, params), build) {
+            Ok(true) => self.show_anew(RendererKind::Octree),
+            Ok(false) => {}
             Err(error) => self.fail(error),
         }
     }
@@ -341,10 +347,11 @@ impl Viewer {
     fn march(&mut self, ctx: &egui::Context) {
         match self.viewport.poll() {
             Ok(Some((size, time))) => {
-                self.paces[self.marching as usize].add(size, time.gpu_s.unwrap_or(time.wall_s));
+                let marched = self.marching as usize;
+                self.paces[marched].add(size, time.gpu_s.unwrap_or(time.wall_s));
                 // Of a picture marched in parts the sum is shown.
                 let before = self.refining_s.unwrap_or(0.0);
-                self.frame_time = Some(FrameTime { wall_s: before + time.wall_s, gpu_s: time.gpu_s.map(|s| before + s) });
+                self.frame_times[marched] = Some(FrameTime { wall_s: before + time.wall_s, gpu_s: time.gpu_s.map(|s| before + s) });
                 self.refining_s = self.refining_s.map(|s| s + time.gpu_s.unwrap_or(time.wall_s));
             }
             Ok(None) => {}
@@ -354,19 +361,25 @@ impl Viewer {
             return ctx.request_repaint();
         }
         let scene = self.marched_scene().filter(|_| !self.size.contains(&0));
+        let kind = self.kind();
         let Some(scene) = scene else {
-            self.shown = None;
+            self.shown[kind as usize] = None;
+            if kind == RendererKind::Exact && self.exact.given {
+                self.viewport.show(kind);
+            }
             return;
         };
-        self.marching = view_kind(&self.settings);
-        let pace = self.paces[self.marching as usize];
+        self.marching = kind;
+        let pace = self.paces[kind as usize];
         let moving_for = MOVING.saturating_sub(self.moved.elapsed());
         let divisor = if moving_for.is_zero() { 1 } else { pace.moving_divisor(self.size, self.viewport.is_slow()) };
         let view = self.wanted();
         if divisor > 1 {
             ctx.request_repaint_after(moving_for);
         }
-        if self.shown.as_ref().is_some_and(|shown| is_fine_enough(shown, &view, divisor)) {
+        if self.shown[kind as usize].as_ref().is_some_and(|shown| is_fine_enough(shown, &view, divisor)) {
+            self.viewport.show(kind);
+            self.viewport.stop_refining(other(kind));
             self.refining_s = None;
             return;
         }
@@ -383,23 +396,22 @@ impl Viewer {
             self.viewport.refine(&self.renderer, &scene, &view, rows).map(|whole| whole.then_some(view))
         };
         match marched {
-            Ok(Some(drawn)) => self.shown = Some(drawn),
+            Ok(Some(drawn)) => self.shown[kind as usize] = Some(drawn),
             Ok(None) => {}
             Err(error) => {
                 self.fail(error.into());
                 // The same march would only fail again.
-                self.shown = Some(self.wanted());
+                self.shown[kind as usize] = Some(self.wanted());
             }
         }
         ctx.request_repaint();
     }
 
     fn run_exact(&mut self, ctx: &egui::Context) {
-        if view_kind(&self.settings) != RendererKind::Exact {
-            self.exact = ExactStage { scene: self.exact.scene.take(), ..ExactStage::default() };
-            return;
-        }
         self.take_exact();
+        if self.kind() != RendererKind::Exact {
+            return self.rest_exact();
+        }
         let key = (self.settings.field.clone(), self.exact_view());
         let is_on_device = self.exact.scene.as_ref().is_some_and(|(field, scene)| *field == key.0 && scene.is_on_device());
         if self.size.contains(&0) || self.exact.key.as_ref() == Some(&key) || is_on_device {
@@ -415,6 +427,19 @@ impl Viewer {
                 drawn.unwrap_or_else(|error| results.give(Err(error)));
             }));
             (self.exact.key, self.exact.given, self.exact.complete) = (Some(key), false, false);
+        }
+    }
+
+    /// Leaves off what is of no use while the octree is looked at: a mesh half linked is wanted soon again.
+    fn rest_exact(&mut self) {
+        let of_field = |field: &FieldSelection| *field == self.settings.field;
+        let linked = self.exact.scene.as_ref().is_some_and(|(field, _)| of_field(field));
+        let linking = self.exact.job.is_some() && !linked && self.exact.key.as_ref().is_some_and(|(field, _)| of_field(field));
+        if !linking {
+            self.exact.job = None;
+            if !self.exact.complete {
+                self.exact.key = None;
+            }
         }
     }
 
@@ -435,14 +460,14 @@ impl Viewer {
                         self.say(format!("{reason}; drawing on the CPU"));
                     }
                     self.exact.scene = self.exact.key.as_ref().map(|(field, _)| (field.clone(), scene));
-                    if self.marched_scene().is_some() {
-                        self.show_anew();
+                    if self.exact.scene.as_ref().is_some_and(|(_, scene)| scene.is_on_device()) {
+                        self.show_anew(RendererKind::Exact);
                     }
                 }
                 Polled::Result(Ok(ExactStep::Picture { picture, complete })) => {
                     (self.exact.given, self.exact.complete) = (true, complete);
-                    self.frame_time = Some(FrameTime { wall_s: picture.wall_s, gpu_s: None });
-                    match self.viewport.put(&picture.image) {
+                    self.frame_times[RendererKind::Exact as usize] = Some(FrameTime { wall_s: picture.wall_s, gpu_s: None });
+                    match self.viewport.put(RendererKind::Exact, &picture.image) {
                         Ok(()) => self.clear_error(),
                         Err(error) => self.fail(error.into()),
                     }
@@ -504,7 +529,7 @@ impl Viewer {
     }
 
     fn frame_label(&self) -> String {
-        match self.frame_time {
+        match self.frame_times[self.kind() as usize] {
             Some(FrameTime { gpu_s: Some(s), .. }) => format!("frame {:.2} ms on the GPU", s * 1e3),
             Some(FrameTime { wall_s, gpu_s: None }) => format!("frame {:.0} ms", wall_s * 1e3),
             None => "no frame yet".into(),
@@ -521,6 +546,11 @@ impl Viewer {
         }
         if pressed(Key::O) && ctx.input(|input| input.modifiers.command) {
             self.choose_file(ctx);
+        }
+        // A key held down is repeated.
+        let is_flip = |event: &egui::Event| matches!(event, egui::Event::Key { key: Key::E, pressed: true, repeat: false, modifiers, .. } if modifiers.is_none());
+        if ctx.input(|input| input.events.iter().any(is_flip)) {
+            self.settings.render.renderer = other(self.kind());
         }
         if pressed(Key::R) {
             self.fit();
@@ -567,15 +597,11 @@ impl eframe::App for Viewer {
     }
 }
 
-fn view_kind(settings: &Settings) -> RendererKind {
-    settings.render.renderer
-}
-
-/// The one result of a job that has ended.
-fn outcome<T>(polled: Polled<Result<T>>) -> Result<T> {
-    match polled {
-        Polled::Result(result) => result,
-        _ => Err(anyhow!("the work in the background broke off, a fault of octetra")),
+/// The renderer to compare one with.
+fn other(kind: RendererKind) -> RendererKind {
+    match kind {
+        RendererKind::Octree => RendererKind::Exact,
+        RendererKind::Exact => RendererKind::Octree,
     }
 }
 

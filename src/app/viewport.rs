@@ -4,7 +4,7 @@
 use crate::gpu::{Context, FrameTime, GpuError, InFlight, Target, device_descriptor, shader};
 use crate::image::Image;
 use crate::render::{RenderError, Renderer, Scene};
-use crate::view::View;
+use crate::view::{RendererKind, View};
 use egui_wgpu::wgpu;
 use std::sync::Arc;
 
@@ -12,10 +12,19 @@ use std::sync::Arc;
 pub struct Viewport {
     context: Context,
     pipeline: wgpu::RenderPipeline,
-    target: Target,
-    image: wgpu::BindGroup,
+    /// The octree's and the exact one: going from one to the other shows it at once.
+    pictures: [Shown; 2],
+    painted: RendererKind,
     in_flight: Option<InFlight>,
     refined: Option<Refined>,
+    /// Width and height of what is in flight.
+    marching: [u32; 2],
+}
+
+/// A picture that can be painted.
+struct Shown {
+    target: Target,
+    image: wgpu::BindGroup,
     filled: bool,
 }
 
@@ -40,10 +49,11 @@ impl Viewport {
     /// A viewport on the window's device.
     pub fn new(window: &egui_wgpu::RenderState) -> Result<Self, GpuError> {
         let context = Context::from_parts(&window.adapter, window.device.clone(), window.queue.clone());
-        let target = Target::new(&context, 1, 1)?;
         let pipeline = pipeline(&context.device, window.target_format);
-        let image = bind(&context.device, &pipeline, &target);
-        Ok(Viewport { context, pipeline, target, image, in_flight: None, refined: None, filled: false })
+        let empty = || -> Result<Shown, GpuError> { Ok(Shown::new(&context, &pipeline, Target::new(&context, 1, 1)?)) };
+        let pictures = [empty()?, empty()?];
+        let painted = RendererKind::Octree;
+        Ok(Viewport { context, pipeline, pictures, painted, in_flight: None, refined: None, marching: [0; 2] })
     }
 
     /// The window's device.
@@ -63,7 +73,12 @@ impl Viewport {
 
     /// Whether there is a picture to show.
     pub fn is_filled(&self) -> bool {
-        self.filled
+        self.pictures[self.painted as usize].filled
+    }
+
+    /// Shows the picture of a renderer, as it was last made.
+    pub fn show(&mut self, kind: RendererKind) {
+        self.painted = kind;
     }
 
     /// Whether a march was submitted and is not seen to be done.
@@ -81,21 +96,23 @@ impl Viewport {
         if !matches!(done, Ok(None)) {
             self.in_flight = None;
         }
-        let size = self.refined.as_ref().map_or(&self.target, |refined| &refined.rows).size();
-        Ok(done?.map(|time| (size, time)))
+        Ok(done?.map(|time| (self.marching, time)))
     }
 
-    /// Starts the march of a scene on the device. Its picture replaces the one before.
+    /// Starts the march of a scene on the device. Its picture replaces that renderer's before, and is shown.
     pub fn march(&mut self, renderer: &Renderer, scene: &Scene, view: &View) -> Result<(), RenderError> {
         self.refined = None;
-        self.resize([view.settings.width, view.settings.height])?;
-        self.in_flight = renderer.march(scene, view, 0, &self.target)?;
-        self.filled = true;
+        let kind = view.settings.renderer;
+        self.marching = [view.settings.width, view.settings.height];
+        self.resize(kind, self.marching)?;
+        let picture = &mut self.pictures[kind as usize];
+        self.in_flight = renderer.march(scene, view, 0, &picture.target)?;
+        (picture.filled, self.painted) = (true, kind);
         Ok(())
     }
 
     /// Marches the next rows of a picture, `rows` of them if it is a new one. Call it when nothing is in flight; `true` once the picture is
-    /// whole and has replaced the one before.
+    /// whole and has replaced that renderer's before.
     pub fn refine(&mut self, renderer: &Renderer, scene: &Scene, view: &View, rows: u32) -> Result<bool, RenderError> {
         let (width, height) = (view.settings.width, view.settings.height);
         let mut refined = match self.refined.take().filter(|refined| refined.view == *view) {
@@ -112,13 +129,14 @@ impl Viewport {
             refined.picture.copy_rows(&self.context, &refined.rows, row)?;
         }
         if refined.next == height {
-            self.target = refined.picture;
-            self.image = bind(&self.context.device, &self.pipeline, &self.target);
-            self.filled = true;
+            let kind = view.settings.renderer;
+            self.pictures[kind as usize] = Shown { filled: true, ..Shown::new(&self.context, &self.pipeline, refined.picture) };
+            self.painted = kind;
             return Ok(true);
         }
         // The last rows reach back so that they are as many.
         let row = refined.next.min(height - refined.rows.size()[1]);
+        self.marching = refined.rows.size();
         self.in_flight = renderer.march(scene, view, row, &refined.rows)?;
         (refined.marching, refined.next) = (Some(row), row + refined.rows.size()[1]);
         self.refined = Some(refined);
@@ -130,30 +148,38 @@ impl Viewport {
         self.refined.as_ref().is_some_and(|refined| refined.view == *view)
     }
 
-    /// Gives up a picture that is half marched.
-    pub fn stop_refining(&mut self) {
-        self.refined = None;
+    /// Gives up a renderer's picture that is half marched.
+    pub fn stop_refining(&mut self, kind: RendererKind) {
+        self.refined.take_if(|refined| refined.view.settings.renderer == kind);
     }
 
-    /// Shows an image that was made elsewhere.
-    pub fn put(&mut self, image: &Image) -> Result<(), GpuError> {
-        self.resize([image.width, image.height])?;
-        self.target.write(&self.context, image)?;
-        self.filled = true;
+    /// Takes an image that was made elsewhere for a renderer's picture.
+    pub fn put(&mut self, kind: RendererKind, image: &Image) -> Result<(), GpuError> {
+        self.resize(kind, [image.width, image.height])?;
+        let picture = &mut self.pictures[kind as usize];
+        picture.target.write(&self.context, image)?;
+        picture.filled = true;
         Ok(())
     }
 
-    fn resize(&mut self, [width, height]: [u32; 2]) -> Result<(), GpuError> {
-        if self.target.resize(&self.context, width, height)? {
-            self.image = bind(&self.context.device, &self.pipeline, &self.target);
+    fn resize(&mut self, kind: RendererKind, [width, height]: [u32; 2]) -> Result<(), GpuError> {
+        let picture = &mut self.pictures[kind as usize];
+        if picture.target.resize(&self.context, width, height)? {
+            picture.image = bind(&self.context.device, &self.pipeline, &picture.target);
         }
         Ok(())
     }
 
     /// Paints the picture over `rect`, stretched if its size is another.
     pub fn paint(&self, painter: &egui::Painter, rect: egui::Rect) {
-        let blit = Blit { pipeline: self.pipeline.clone(), image: self.image.clone() };
+        let blit = Blit { pipeline: self.pipeline.clone(), image: self.pictures[self.painted as usize].image.clone() };
         painter.add(egui_wgpu::Callback::new_paint_callback(rect, blit));
+    }
+}
+
+impl Shown {
+    fn new(context: &Context, pipeline: &wgpu::RenderPipeline, target: Target) -> Self {
+        Shown { image: bind(&context.device, pipeline, &target), target, filled: false }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::args::{DeviceArg, MeshArgs, OctreeArgs, ViewArgs};
 use crate::app::{self, Options};
+use crate::study::ErrorSampling;
 use anyhow::{Result, ensure};
 use clap::Args;
 
@@ -31,6 +32,7 @@ impl ViewCommand {
             component: self.mesh.component,
             view,
             params: self.octree.params(),
+            error: ErrorSampling::default(),
             memory_bytes: self.mesh.budget_bytes(),
             folder: ".".into(),
         })

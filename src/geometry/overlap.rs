@@ -99,6 +99,16 @@ impl TetPlanes {
         pulp::Arch::new().dispatch(Deepest { planes: self, tets, points })
     }
 
+    /// A point moved straight through the face plane of a tet that it is farthest outside of, to `depth` within.
+    pub fn moved_inside(&self, tet: usize, p: Vec3, depth: f32) -> Vec3 {
+        let faces = &self.batches[self.starts[tet] as usize];
+        let normal = |i: usize| Vec3::new(faces.x[i], faces.y[i], faces.z[i]);
+        let (distance, normal) = (0..4)
+            .map(|i| (normal(i).dot(p) - faces.d[i], normal(i)))
+            .fold((f32::NEG_INFINITY, Vec3::ZERO), |a, b| if b.0 > a.0 { b } else { a });
+        p - normal * (distance + depth)
+    }
+
     /// Faces 0 to 3 of a tet that have a point on their outer side, as bits.
     pub fn faces_outside(&self, tet: usize, p: Vec3) -> u8 {
         let faces = &self.batches[self.starts[tet] as usize];
@@ -330,6 +340,7 @@ mod tests {
         assert_eq!(tets, [0, 1, 0, 0]);
         assert!(distances[0] < 0.0 && distances[1] < 0.0 && (distances[2] - 2.0).abs() < 1e-6 && distances[3] > 1.0, "{distances:?}");
         assert_eq!(planes.deepest::<1>(&[], &[[0.0]; 3]), ([u32::MAX], [f32::INFINITY]));
+        assert!(planes.moved_inside(0, Vec3::new(0.2, 0.3, -1.0), 0.1).distance(Vec3::new(0.2, 0.3, 0.1)) < 1e-6);
         assert_eq!((planes.faces_outside(0, Vec3::new(-0.5, 0.2, 0.2)), planes.faces_outside(0, Vec3::splat(0.1))), (2, 0));
     }
 

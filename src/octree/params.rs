@@ -79,7 +79,7 @@ pub enum Preset {
     Fast,
     /// The default.
     Balanced,
-    /// Depth 10: where pictures are measured.
+    /// A sixth of the default's tolerance: where pictures are measured.
     Fine,
 }
 
@@ -110,7 +110,7 @@ impl Preset {
             initial_depth: None,
             max_leaf_tets: 0,
             max_leaf_variance: 0.0,
-            tolerance: Some(0.02),
+            tolerance: Some(0.03),
             max_depth: 9,
             sampling: Sampling::Tets,
             boundary: Boundary::Mesh,
@@ -125,7 +125,7 @@ impl Preset {
             },
             Preset::Fast => OctreeParams { max_depth: 7, tolerance: Some(0.1), ..balanced },
             Preset::Balanced => balanced,
-            Preset::Fine => OctreeParams { max_depth: 10, tolerance: Some(0.005), ..balanced },
+            Preset::Fine => OctreeParams { tolerance: Some(0.005), ..balanced },
         }
     }
 }
@@ -146,6 +146,15 @@ impl OctreeParams {
             return self;
         }
         OctreeParams { tolerance: None, initial_cell_tets: 4.0, max_leaf_tets: 12, max_leaf_variance: 5e-4, ..self }
+    }
+
+    /// These settings with a tolerance instead of V and W, as the default has it.
+    pub fn by_tolerance(self) -> Self {
+        if self.tolerance.is_some() {
+            return self;
+        }
+        let OctreeParams { tolerance, initial_cell_tets, max_leaf_tets, max_leaf_variance, .. } = Self::default();
+        OctreeParams { tolerance, initial_cell_tets, max_leaf_tets, max_leaf_variance, ..self }
     }
 
     /// The surface that rays are cut to, if the boundary is [`Boundary::Mesh`]. It depends on the mesh and on where the field has values.
@@ -193,6 +202,16 @@ mod tests {
         assert_eq!(params.uniform_depth(1), 1);
         assert_eq!(OctreeParams { max_depth: 3, ..params.clone() }.uniform_depth(187_395), 3);
         assert_eq!(OctreeParams { initial_depth: Some(7), ..params }.uniform_depth(187_395), 7);
+    }
+
+    #[test]
+    fn either_rule_is_left_for_the_other_and_found_again() {
+        let [paper, fast] = [Preset::Paper, Preset::Fast].map(Preset::params);
+        assert_eq!(paper.clone().by_tolerance().by_thresholds(), paper);
+        assert_eq!(paper.clone().by_thresholds(), paper);
+        assert_eq!(fast.clone().by_tolerance(), fast, "its own tolerance stays");
+        let back = fast.clone().by_thresholds().by_tolerance();
+        assert_eq!(back, OctreeParams { tolerance: OctreeParams::default().tolerance, ..fast });
     }
 
     #[test]

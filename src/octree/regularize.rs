@@ -2,7 +2,7 @@
 
 use super::lattice::{Lattice, Sample};
 use super::resolve::resolve;
-use super::sampling::{Leaf, Scratch, Source};
+use super::sampling::{Leaf, Look, Scratch, Source};
 use super::{Level, Octree, OctreeParams, ParamsError, Reconstruction, Unmet};
 use crate::geometry::{TetPlanes, octants};
 use crate::mesh::{ScalarField, TetMesh};
@@ -335,7 +335,7 @@ impl Regularizer<'_> {
         }
         let meets = |tolerance: f64| {
             let tolerance = allowed_error(tolerance, depth);
-            local.error(&self.source, self.params.reconstruction, tolerance, tets, center, half, visited) <= tolerance
+            local.error(&self.source, self.params, Look::Close, tolerance, tets, center, half, visited) <= tolerance
         };
         if tolerance.is_some_and(meets) { Verdict::Leaf } else { Verdict::Interior }
     }
@@ -356,7 +356,7 @@ impl Regularizer<'_> {
         let Some(tolerance) = self.params.tolerance else { return };
         let tolerance = f64::from(allowed_error(tolerance, self.params.max_depth));
         let Scratch { local, visited, .. } = scratch;
-        let error = local.error(&self.source, self.params.reconstruction, f32::INFINITY, tets, center, half, visited);
+        let error = local.error(&self.source, self.params, Look::Quick, f32::INFINITY, tets, center, half, visited);
         if f64::from(error) <= tolerance {
             return;
         }

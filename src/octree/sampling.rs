@@ -7,6 +7,7 @@ use super::{Boundary, OctreeParams, Reconstruction, Sampling};
 use crate::geometry::{self, TetPlanes};
 use crate::mesh::{Association, ScalarField, TetMesh};
 use glam::{DVec3, Vec3};
+use std::cell::Cell;
 
 /// A point within this distance of a tet counts as inside it; in half edges of the task's cell.
 const INSIDE_TOLERANCE: f32 = 1e-6;
@@ -28,18 +29,23 @@ pub(super) struct Leaf {
 /// Points, `[x, y, z]` of N numbers each.
 type Points<const N: usize> = [[f32; N]; 3];
 
-/// Lattice points of a cell that are none of its corners.
-const BETWEEN: usize = LATTICE - 8;
+/// How closely a cell is looked at for errors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Look {
+    /// At every place that is known to matter.
+    Close,
+    /// At some of them, where nothing depends on it but what is said.
+    Quick,
+}
 
-/// The numbers of these, filled up with the middle to what vector instructions like.
-const BETWEEN_POINTS: [usize; 24] = {
-    let (mut points, mut count, mut i) = ([13; 24], 0, 0);
+/// The middle of a cell and of its faces, filled up with the middle.
+const MIDDLES: [usize; 8] = [13, 4, 10, 12, 14, 16, 22, 13];
+
+/// The lattice points of a cell, filled up with the middle to what vector instructions like.
+const ALL_POINTS: [usize; 32] = {
+    let (mut points, mut i) = ([13; 32], 0);
     while i < LATTICE {
-        let [x, y, z] = lattice_point(i);
-        if x == 1 || y == 1 || z == 1 {
-            points[count] = i;
-            count += 1;
-        }
+        points[i] = i;
         i += 1;
     }
     points
@@ -188,12 +194,15 @@ pub(super) struct LocalTets {
     ranges: Vec<[f64; 2]>,
     center: DVec3,
     half: f64,
+    /// The samples of the cell at this place that an error was last asked for, where those took long to find.
+    known_corners: Cell<Option<(Vec3, [Sample; 8])>>,
 }
 
 impl LocalTets {
     /// Takes up the tets of a new task.
     pub fn prepare(&mut self, source: &Source, tets: &[u32], center: DVec3, half: f64) {
         (self.center, self.half) = (center, half);
+        self.known_corners.set(None);
         self.ids.clear();
         self.ids.extend_from_slice(tets);
         self.planes.clear();
@@ -228,76 +237,85 @@ impl LocalTets {
         if params.boundary == Boundary::Centres && holder.is_none() {
             return None;
         }
-        let average = params.sampling == Sampling::Average && tets.len() >= MANY_TETS;
-        let (mut value, mut corners) = (None, [Sample::default(); 8]);
-        if average {
-            (value, corners) = self.means(tets, center, half);
-        }
-        let value = value.unwrap_or_else(|| match (params.sampling, holder) {
-            (Sampling::Vertices, _) => self.inverse_distance_to_vertices(source, tets, center, half, visited).value().into(),
-            (_, Some(tet)) => self.value_in(tet, center.as_dvec3()),
-            (_, None) => {
-                let ([near], _) = self.planes.deepest(tets, &[[center.x], [center.y], [center.z]]);
-                self.inverse_distance_to_tets(source, tets, near, center).value().into()
-            }
-        });
-        let value = value.clamp(0.0, 1.0) as f32;
-        if params.reconstruction == Reconstruction::Continuous {
-            let points = lattice_points(center, half, CORNERS);
-            let (deepest, outside) = self.planes.deepest(tets, &points);
-            for (k, corner) in corners.iter_mut().enumerate() {
-                let at = Vec3::new(points[0][k], points[1][k], points[2][k]);
-                if params.sampling == Sampling::Vertices {
-                    *corner = self.inverse_distance_to_vertices(source, tets, at, half, visited);
-                } else if outside[k] > INSIDE_TOLERANCE {
-                    corner.merge(self.inverse_distance_to_tets(source, tets, deepest[k], at));
-                } else if !average {
-                    *corner = Sample::exact(self.value_in(deepest[k], at.as_dvec3()) as f32);
-                }
-            }
-        }
+        let value = match (params.sampling, holder) {
+            (Sampling::Vertices, _) => self.inverse_distance_to_vertices(source, tets, center, half, visited).value(),
+            (Sampling::Average, _) if tets.len() >= MANY_TETS => self.means(tets, center, half).0.value(),
+            (_, Some(tet)) => self.value_in(tet, center.as_dvec3()) as f32,
+            (_, None) => self.inverse_distance_to_tets(source, tets, center).value(),
+        };
+        let value = value.clamp(0.0, 1.0);
+        let corners = match params.reconstruction {
+            Reconstruction::Continuous => match self.known_corners.take() {
+                Some((of, corners)) if of == center => corners,
+                _ => self.corners(source, params.sampling, tets, center, half, visited),
+            },
+            Reconstruction::Leaf => Default::default(),
+        };
         let [lo, hi] = self.range(tets, center.as_dvec3(), f64::from(half));
         Some(Leaf { value, range: [lo.min(value), hi.max(value)], corners })
     }
 
-    /// The largest difference between the reconstruction and the field that is found in a cell: at lattice points and vertices of the mesh
-    /// inside it; normalised. Stops at the first above `enough`. Where few tets with like gradients fill the cell, a bound instead.
+    /// What a leaf knows of its corners.
+    fn corners(&self, source: &Source, sampling: Sampling, tets: &[u32], center: Vec3, half: f32, visited: &mut Visited) -> [Sample; 8] {
+        let points = lattice_points(center, half, CORNERS);
+        let (deepest, outside) = self.planes.deepest(tets, &points);
+        let average = sampling == Sampling::Average && tets.len() >= MANY_TETS;
+        let mut corners = if average { self.means(tets, center, half).1 } else { Default::default() };
+        for (k, corner) in corners.iter_mut().enumerate() {
+            let at = place(&points, k);
+            if sampling == Sampling::Vertices {
+                *corner = self.inverse_distance_to_vertices(source, tets, at, half, visited);
+            } else if outside[k] > INSIDE_TOLERANCE {
+                corner.merge(self.inverse_distance_to_nearest(source, tets, deepest[k], at));
+            } else if !average {
+                *corner = Sample::exact(self.value_in(deepest[k], at.as_dvec3()) as f32);
+            }
+        }
+        corners
+    }
+
+    /// The largest difference between the reconstruction and the field that is found in a cell: at lattice points, at vertices of the mesh
+    /// inside it, and where the surface cuts it, at points of the surface; normalised. Stops at the first above `enough`. Where the linear
+    /// functions of few tets nearly agree, a bound instead. A quick look sees vertices and the middles of the cell and its faces.
     pub fn error(
         &self,
         source: &Source,
-        reconstruction: Reconstruction,
+        params: &OctreeParams,
+        look: Look,
         enough: f32,
         tets: &[u32],
         center: Vec3,
         half: f32,
         visited: &mut Visited,
     ) -> f32 {
+        self.known_corners.set(None);
         let points = lattice_points(center, half, CORNERS);
         let (deepest, outside) = self.planes.deepest(tets, &points);
-        let at = |k: usize| DVec3::new(points[0][k].into(), points[1][k].into(), points[2][k].into());
-        let mut corners: [f32; 8] = std::array::from_fn(|k| self.value_in(deepest[k], at(k)) as f32);
-        let mut worst = 0f32;
-        if reconstruction == Reconstruction::Continuous {
-            let filled = outside.iter().all(|&d| d <= INSIDE_TOLERANCE);
-            if filled && tets.len() <= FEW_TETS {
-                let bound = self.gradient_spread(tets) * 3f64.sqrt() * f64::from(half);
-                if bound <= f64::from(enough) {
-                    return bound as f32;
-                }
+        let filled = outside.iter().all(|&d| d <= INSIDE_TOLERANCE);
+        let continuous = params.reconstruction == Reconstruction::Continuous;
+        let by_tets = continuous && params.sampling == Sampling::Tets;
+        if by_tets && filled && tets.len() <= FEW_TETS {
+            let bound = 2.0 * self.disagreement(tets, center.as_dvec3(), f64::from(half)) as f32;
+            if bound <= enough && enough.is_finite() {
+                return bound;
             }
-        } else {
-            let middle = self.holder(tets, center).map_or(0.5 * (corners[0] + corners[7]), |t| self.value_in(t, center.as_dvec3()) as f32);
-            for (corner, outside) in corners.iter().zip(outside) {
-                worst = if outside <= INSIDE_TOLERANCE { worst.max((corner - middle).abs()) } else { worst };
-            }
-            corners = [middle; 8];
         }
+        let mut corners: [f32; 8] = if by_tets {
+            // Outside the mesh that is only near to what the leaf would take, but soon found; see below.
+            std::array::from_fn(|k| self.value_in(deepest[k], place(&points, k).as_dvec3()) as f32)
+        } else if continuous {
+            self.corners(source, params.sampling, tets, center, half, visited).map(Sample::value)
+        } else {
+            let leaf = self.sample(source, &OctreeParams { boundary: Boundary::Cells, ..params.clone() }, tets, center, half, visited);
+            [leaf.map_or(0.0, |leaf| leaf.value); 8]
+        };
+        let mut worst = 0f32;
         // Vertices, where the field bends most.
+        let (low, size) = (center - half, 2.0 * half);
+        let in_cell = |x: DVec3| ((x - self.center) / self.half).as_vec3() - low;
         if source.field.association == Association::Points {
-            let (low, size) = (center - half, 2.0 * half);
             visited.each_vertex_while(source, tets.iter().map(|&t| self.ids[t as usize]), |vertex| {
-                let local = ((source.mesh.points()[vertex as usize] - self.center) / self.half).as_vec3();
-                let unit = (local - low) / size;
+                let unit = in_cell(source.mesh.points()[vertex as usize]) / size;
                 if unit.min_element() > 0.0 && unit.max_element() < 1.0 {
                     worst = worst.max((trilinear(&corners, unit) - source.point_values[vertex as usize]).abs());
                 }
@@ -307,43 +325,90 @@ impl LocalTets {
         if worst > enough {
             return worst;
         }
-        let points = lattice_points(center, half, BETWEEN_POINTS);
+        // Then where a curved field is missed by most.
+        let points = lattice_points(center, half, MIDDLES);
         let (deepest, outside) = self.planes.deepest(tets, &points);
-        for (k, &point) in BETWEEN_POINTS[..BETWEEN].iter().enumerate() {
-            if outside[k] <= INSIDE_TOLERANCE {
-                let at = DVec3::new(points[0][k].into(), points[1][k].into(), points[2][k].into());
-                let [x, y, z] = lattice_point(point).map(|c| c as f32 * 0.5);
-                worst = worst.max((trilinear(&corners, Vec3::new(x, y, z)) - self.value_in(deepest[k], at) as f32).abs());
+        for k in (0..MIDDLES.len()).filter(|&k| outside[k] <= INSIDE_TOLERANCE) {
+            let [x, y, z] = lattice_point(MIDDLES[k]).map(|c| c as f32 * 0.5);
+            worst =
+                worst.max((trilinear(&corners, Vec3::new(x, y, z)) - self.value_in(deepest[k], place(&points, k).as_dvec3()) as f32).abs());
+        }
+        if worst > enough || look == Look::Quick {
+            return worst;
+        }
+        let points = lattice_points(center, half, ALL_POINTS);
+        let (deepest, outside) = self.planes.deepest(tets, &points);
+        let at_lattice = |corners: &[f32; 8]| {
+            let inside = (0..LATTICE).filter(|&i| outside[i] <= INSIDE_TOLERANCE);
+            let error = |i: usize| {
+                let [x, y, z] = lattice_point(i).map(|c| c as f32 * 0.5);
+                (trilinear(corners, Vec3::new(x, y, z)) - self.value_in(deepest[i], place(&points, i).as_dvec3()) as f32).abs()
+            };
+            inside.map(error).fold(0.0, f32::max)
+        };
+        worst = worst.max(at_lattice(&corners));
+        if worst > enough || outside[..LATTICE].iter().all(|&d| d <= INSIDE_TOLERANCE) {
+            return worst;
+        }
+        // The surface cuts the cell: the leaf's own samples, also at points just inside the surface before lattice points outside.
+        if by_tets {
+            let samples = self.corners(source, params.sampling, tets, center, half, visited);
+            corners = samples.map(Sample::value);
+            self.known_corners.set(Some((center, samples)));
+            worst = worst.max(at_lattice(&corners));
+        }
+        if worst > enough {
+            return worst;
+        }
+        let mut near = points;
+        for i in (0..LATTICE).filter(|&i| outside[i] > INSIDE_TOLERANCE) {
+            let at = self.planes.moved_inside(deepest[i] as usize, place(&points, i), 1e-3 * half);
+            (near[0][i], near[1][i], near[2][i]) = at.into();
+        }
+        let (deepest, distance) = self.planes.deepest(tets, &near);
+        for i in (0..LATTICE).filter(|&i| outside[i] > INSIDE_TOLERANCE && distance[i] <= INSIDE_TOLERANCE) {
+            let unit = (place(&near, i) - low) / size;
+            if unit.min_element() >= 0.0 && unit.max_element() <= 1.0 {
+                worst = worst.max((trilinear(&corners, unit) - self.value_in(deepest[i], place(&near, i).as_dvec3()) as f32).abs());
             }
         }
         worst
     }
 
-    /// The largest distance of a tet's gradient from their mean, per unit of local length.
-    fn gradient_spread(&self, tets: &[u32]) -> f64 {
-        let gradient = |&tet: &u32| {
-            let [x, y, z, _] = self.linear[tet as usize];
-            DVec3::new(x, y, z)
+    /// The largest distance in a box of a tet's linear function from the mean of all.
+    fn disagreement(&self, tets: &[u32], center: DVec3, half: f64) -> f64 {
+        let mut mean = [0.0; 4];
+        for &tet in tets {
+            for (sum, part) in mean.iter_mut().zip(self.linear[tet as usize]) {
+                *sum += part / tets.len() as f64;
+            }
+        }
+        let distance = |&tet: &u32| {
+            let [x, y, z, c]: [f64; 4] = std::array::from_fn(|i| self.linear[tet as usize][i] - mean[i]);
+            (x * center.x + y * center.y + z * center.z + c).abs() + (x.abs() + y.abs() + z.abs()) * half
         };
-        let mean = tets.iter().map(gradient).sum::<DVec3>() / tets.len() as f64;
-        tets.iter().map(|tet| gradient(tet).distance(mean)).fold(0.0, f64::max)
+        tets.iter().map(distance).fold(0.0, f64::max)
     }
 
     /// Means over the box (4 x 4 x 4 points) and over each corner's eighth of it, of what lies in the mesh.
-    fn means(&self, tets: &[u32], center: Vec3, half: f32) -> (Option<f64>, [Sample; 8]) {
+    fn means(&self, tets: &[u32], center: Vec3, half: f32) -> (Sample, [Sample; 8]) {
         let mut points: Points<64> = [[0.0; 64]; 3];
         for i in 0..64 {
             let at = |shift: usize| (i >> shift & 3) as f32 * 0.5 - 0.75;
             (points[0][i], points[1][i], points[2][i]) = (center.x + half * at(0), center.y + half * at(2), center.z + half * at(4));
         }
         let (deepest, outside) = self.planes.deepest(tets, &points);
-        let (mut corners, mut sum, mut count) = ([Sample::default(); 8], 0.0, 0.0);
+        let (mut all, mut corners) = (Sample::default(), [Sample::default(); 8]);
         for i in (0..64).filter(|&i| outside[i] <= INSIDE_TOLERANCE) {
-            let value = self.value_in(deepest[i], DVec3::new(points[0][i].into(), points[1][i].into(), points[2][i].into()));
-            (sum, count) = (sum + value, count + 1.0);
-            corners[i >> 1 & 1 | i >> 2 & 2 | i >> 3 & 4].merge(Sample::in_box(value as f32, 1.0));
+            let one = Sample::in_box(self.value_in(deepest[i], place(&points, i).as_dvec3()) as f32, 1.0);
+            all.merge(one);
+            corners[i >> 1 & 1 | i >> 2 & 2 | i >> 3 & 4].merge(one);
         }
-        ((count > 0.0).then(|| sum / count), corners)
+        if all == Sample::default() {
+            // No such point meets the mesh.
+            all = Sample::exact(self.value_in(deepest[0], center.as_dvec3()) as f32);
+        }
+        (all, corners)
     }
 
     /// The tet that holds a point: of those whose faces all have it inside (or within the tolerance) the one that holds it deepest.
@@ -384,36 +449,41 @@ impl LocalTets {
         exact.map_or_else(|| Sample::mean(sum, weights), |value| Sample::exact(value as f32))
     }
 
-    /// Equation (1') outside every tet: the mean of the values at each tet's nearest point, weighted by inverse distance. As in Franke &
-    /// Nielson's modification of Shepard's method, the weights `1 / D - 1 / R` end at a radius R, here twice the distance of the tet `near`
-    /// that nearly holds the point: what is far has little to say, and most of a leaf's tets need no closer look.
-    fn inverse_distance_to_tets(&self, source: &Source, tets: &[u32], near: u32, at: Vec3) -> Sample {
-        let x = self.center + at.as_dvec3() * self.half;
-        let nearest = |local: u32| {
-            let tet = self.ids[local as usize];
-            let (w, distance) = geometry::closest_point_beyond(x, &source.corners(tet), self.planes.faces_outside(local as usize, at));
-            let value: f64 = w.iter().zip(source.values(tet)).map(|(w, s)| w * s).sum();
-            (value, distance)
-        };
-        let (value, distance) = nearest(near);
-        if distance == 0.0 {
-            return Sample::exact(value as f32);
-        }
-        let radius = 2.0 * distance;
+    /// Equation (1') outside every tet: the mean of the values at each tet's nearest point, weighted by 1 / distance.
+    fn inverse_distance_to_tets(&self, source: &Source, tets: &[u32], at: Vec3) -> Sample {
         let (mut weights, mut sum) = (0.0, 0.0);
-        for &local in tets {
-            // A face plane is never farther than the tet.
-            if f64::from(self.planes.distance_outside(local as usize, at)) * self.half >= radius {
-                continue;
-            }
-            let (value, distance) = nearest(local);
+        for &tet in tets {
+            let (value, distance) = self.nearest_point(source, tet, at);
             if distance == 0.0 {
                 return Sample::exact(value as f32);
             }
-            let weight = (source.extent / distance - source.extent / radius).max(0.0);
-            (weights, sum) = (weights + weight, sum + value * weight);
+            (weights, sum) = (weights + source.extent / distance, sum + value * source.extent / distance);
         }
         Sample::mean(sum, weights)
+    }
+
+    /// What a leaf says of a corner outside every tet: the value at the nearest point of all, with the weight 1 / distance, so that the
+    /// leaves that share the corner make equation (1') of it, each with its nearest tet. `near` is the tet that comes nearest to holding it.
+    fn inverse_distance_to_nearest(&self, source: &Source, tets: &[u32], near: u32, at: Vec3) -> Sample {
+        let (mut value, mut distance) = self.nearest_point(source, near, at);
+        for &tet in tets {
+            // No tet is nearer than the plane of a face that the point is beyond.
+            if tet != near && f64::from(self.planes.distance_outside(tet as usize, at)) * self.half < distance {
+                let other = self.nearest_point(source, tet, at);
+                if other.1 < distance {
+                    (value, distance) = other;
+                }
+            }
+        }
+        if distance == 0.0 { Sample::exact(value as f32) } else { Sample::mean(value * source.extent / distance, source.extent / distance) }
+    }
+
+    /// The value at the point of a tet that is nearest to a place outside, and how far that is.
+    fn nearest_point(&self, source: &Source, tet: u32, at: Vec3) -> (f64, f64) {
+        let x = self.center + at.as_dvec3() * self.half;
+        let (faces, tet) = (self.planes.faces_outside(tet as usize, at), self.ids[tet as usize]);
+        let (w, distance) = geometry::closest_point_beyond(x, &source.corners(tet), faces);
+        (w.iter().zip(source.values(tet)).map(|(w, s)| w * s).sum(), distance)
     }
 
     /// Bounds of the field in a box: per tet, the linear field's over the box cut to the tet's own values.
@@ -440,6 +510,11 @@ const CORNERS: [usize; 8] = {
     }
     points
 };
+
+/// Point k of many.
+fn place<const N: usize>(points: &Points<N>, k: usize) -> Vec3 {
+    Vec3::new(points[0][k], points[1][k], points[2][k])
+}
 
 /// Places of lattice points of a cell.
 fn lattice_points<const N: usize>(center: Vec3, half: f32, numbers: [usize; N]) -> Points<N> {

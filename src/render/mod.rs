@@ -247,6 +247,14 @@ impl Scene {
         }
     }
 
+    /// The octree texture on the host; `None` for the exact renderer.
+    pub fn texture(&self) -> Option<&OctreeTexture> {
+        match &self.data {
+            Data::Octree { texture, .. } => Some(texture),
+            Data::Exact(_) | Data::ExactOnDevice { .. } => None,
+        }
+    }
+
     /// The octree texture on the device, where there is one.
     pub fn volume(&self) -> Option<&OctreeVolume> {
         match &self.data {
