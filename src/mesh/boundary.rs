@@ -116,7 +116,7 @@ impl BoundarySurface {
     }
 
     /// The surface of a box with these corners, number `x + 2 y + 4 z` along its axes, which need not be the world's: 12 triangles. Corners
-    /// at the cube's sides are moved inside by [`BOX_MARGIN`].
+    /// at the cube's sides are moved inside by 5e-6 of its edge.
     pub fn of_box(corners: &[DVec3; 8], cube_min: DVec3, cube_edge: f64) -> Self {
         let (low, high) = (cube_min + cube_edge * BOX_MARGIN, cube_min + cube_edge * (1.0 - BOX_MARGIN));
         let mut points = corners.map(|corner| corner.clamp(low, high));

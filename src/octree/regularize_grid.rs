@@ -637,8 +637,10 @@ mod tests {
 
     #[test]
     fn thresholds_stop_where_they_say() {
-        // Constant on one side, noise on the other.
-        let grid = grid(isotropic([33, 33, 33]), |p| if p.x < 2.0 { 0.0 } else { (p.x * 91.7 + p.y * 53.1 + p.z * 17.9).sin().abs() });
+        // Hardly anything on one side, noise on the other.
+        let grid = grid(isotropic([33, 33, 33]), |p| {
+            if p.x < 2.0 { 0.1 + 0.01 * (9.0 * p.y).sin() } else { (p.x * 91.7 + p.y * 53.1 + p.z * 17.9).sin().abs() }
+        });
         let base = OctreeParams { max_depth: 9, initial_depth: Some(1), reconstruction: Reconstruction::Leaf, ..Preset::Paper.params() };
         let by_count = tree(&grid, &OctreeParams { max_leaf_tets: 100, max_leaf_variance: 0.0, ..base.clone() });
         let leaves = by_count.leaves_by_depth();

@@ -9,7 +9,7 @@ const SHELL_RADIUS: f64 = 0.78;
 /// Half the wall's thickness: where the density has fallen to 1/e.
 const SHELL_HALF_WIDTH: f64 = 0.045;
 
-/// A hollow shell in the cube [-1, 1]^3: `n` points a side (at least 2), u8. With r the distance from the centre and R = 0.78 + 0.07 sin(5 a) sin(3 b),
+/// A hollow shell in the cube [-1, 1]^3: `n` points a side (at least 2), u8. With r the distance from the centre and R = 0.78 + 0.07 sin(5 a) cos(b)^5,
 /// a the longitude and b the latitude, the value is 255 exp(-((r - R) / 0.045)^2), 0 in most of the volume.
 pub fn shell(n: u32) -> Result<Grid, GridError> {
     let step = 2.0 / (f64::from(n.max(2)) - 1.0);
@@ -29,7 +29,7 @@ pub fn shell(n: u32) -> Result<Grid, GridError> {
 fn density(p: DVec3) -> f64 {
     let r = p.length();
     let (longitude, latitude) = (p.y.atan2(p.x), p.z.atan2(p.x.hypot(p.y)));
-    let middle = SHELL_RADIUS + 0.07 * (5.0 * longitude).sin() * (3.0 * latitude).sin();
+    let middle = SHELL_RADIUS + 0.07 * (5.0 * longitude).sin() * latitude.cos().powi(5);
     (-((r - middle) / SHELL_HALF_WIDTH).powi(2)).exp()
 }
 
