@@ -130,7 +130,7 @@ fn tolerance(ui: &mut Ui, params: &mut OctreeParams) -> bool {
     let Some(tolerance) = &mut params.tolerance else { return false };
     let slider = Slider::new(tolerance, 1e-4..=0.5).logarithmic(true).clamping(SliderClamping::Edits);
     let slider = slider.custom_formatter(|r, _| percent(r)).custom_parser(parse_percent);
-    let tip = "R: how far the octree may be from the field, in percent of the field's range; half of it takes about twice the memory";
+    let tip = "R: how far the octree may be from the field, in percent of the field's range; half of it takes about 1.7 times the memory";
     row(ui, "Tolerance R", tip, slider).dragged()
 }
 
