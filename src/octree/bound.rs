@@ -226,7 +226,8 @@ mod tests {
     #[test]
     fn a_linear_field_has_a_bound_of_little_but_rounding() {
         let bound = |mesh: TetMesh| {
-            let field = ScalarField::new("f".into(), Association::Points, mesh.points().iter().map(|p| p.x + 2.0 * p.y + 3.0 * p.z).collect());
+            let field =
+                ScalarField::new("f".into(), Association::Points, mesh.points().iter().map(|p| p.x + 2.0 * p.y + 3.0 * p.z).collect());
             let params = OctreeParams { max_depth: 4, initial_depth: Some(2), ..OctreeParams::default() };
             let texture = OctreeTexture::encode(&regularize(&mesh, &field, &params, &Progress::new()).expect("regularizes")).expect("fits");
             error_bound(&mesh, &field, &texture, &Progress::new()).expect("nobody cancels").bound_rel

@@ -69,7 +69,7 @@ fn three(rows: &[Row], curve: &[usize]) -> Vec<Pick> {
     let enough = rows[balanced].psnr_db - TWICE_DB;
     let small = up_to_fine.iter().copied().find(|&i| rows[i].psnr_db >= enough).unwrap_or(balanced);
     let mut picks: Vec<Pick> = Vec::new();
-    for (name, row) in [("balanced", balanced), ("small", small), ("fine", fine)] {
+    for (name, row) in [("medium", balanced), ("small", small), ("large", fine)] {
         if picks.iter().all(|pick| pick.row != row) {
             picks.push(Pick { name, row, meets_goal: true });
         }
@@ -122,11 +122,11 @@ mod tests {
     #[test]
     fn without_a_goal_there_are_three() {
         // Above the chord from (100, 30) to (800, 52.05): 3.65 at 200, 1.3 at 400. Half of balanced's error is out of reach below it.
-        assert_eq!(picked(None, None), [("balanced", 200, true), ("fine", 800, true)]);
+        assert_eq!(picked(None, None), [("medium", 200, true), ("large", 800, true)]);
         let mut more = rows();
         more.push(row(150, 36.0, 0.1, 0.01));
         let names: Vec<_> = recommend(&more, Goal::default()).iter().map(|p| (p.name, more[p.row].bytes)).collect();
-        assert_eq!(names, [("small", 150), ("balanced", 200), ("fine", 800)]);
+        assert_eq!(names, [("small", 150), ("medium", 200), ("large", 800)]);
         assert_eq!(recommend(&more[..1], Goal::default()).len(), 1, "one row is one recommendation");
         assert!(recommend(&[], Goal::default()).is_empty());
     }
