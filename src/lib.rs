@@ -8,10 +8,11 @@
 //!   │               │                             ▲                                 └─────────cpu─▶ CPU march ─▶ Image
 //!   └─────▶ Grid ──octree::regularize_grid────────┘
 //!                   │
+//!                   ├─BoundarySurface: where rays enter and leave, for both marches
 //!                   ├─CompactMesh─gpu (tet by tet, f32)────────────────────────────────────────────────────────▶ Image
 //!                   └─exact (ray by ray, f64)──────────────────────────────────────────────────────────────────▶ Image
 //!
-//! Image, Image ─compare─▶ numbers, difference map
+//! Image, Image ─compare─▶ numbers, difference map;  TetMesh, OctreeTexture ─study::FieldError, octree::error_bound─▶ the stated error
 //!
 //! View = Camera + TransferFunction + RenderSettings goes into every renderer and decides everything else about an image
 //! ```

@@ -111,7 +111,9 @@ fn in_words(error: &FieldError) -> String {
     }
     let at = f.max_at.map_or(String::new(), |at| format!(" at ({:.4}, {:.4}, {:.4})", at.x, at.y, at.z));
     let uncovered = if f.uncovered > 0.0 { format!(", {} of the volume empty", percent(f.uncovered)) } else { String::new() };
-    format!("rmse {}, max {}{at}, PSNR {:.1} dB{uncovered}", percent(f.rmse_rel), percent(f.max_rel), f.psnr_db)
+    let above = f.above_tolerance.filter(|&share| share > 0.0);
+    let above = above.map_or(String::new(), |share| format!(", {} of the volume above the tolerance", percent(share)));
+    format!("rmse {}, max {}{at}, PSNR {:.1} dB{above}{uncovered}", percent(f.rmse_rel), percent(f.max_rel), f.psnr_db)
 }
 
 /// A share in percent, with two digits that count.

@@ -365,11 +365,21 @@ impl LocalTets {
             let at = self.planes.moved_inside(deepest[i] as usize, place(&points, i), 1e-3 * half);
             (near[0][i], near[1][i], near[2][i]) = at.into();
         }
-        let (deepest, distance) = self.planes.deepest(tets, &near);
-        for i in (0..LATTICE).filter(|&i| outside[i] > INSIDE_TOLERANCE && distance[i] <= INSIDE_TOLERANCE) {
-            let unit = (place(&near, i) - low) / size;
+        let (holders, distance) = self.planes.deepest(tets, &near);
+        for i in (0..LATTICE).filter(|&i| outside[i] > INSIDE_TOLERANCE) {
+            let (at, value) = if distance[i] <= INSIDE_TOLERANCE {
+                (place(&near, i), self.value_in(holders[i], place(&near, i).as_dvec3()))
+            } else {
+                // Beside the face; the nearest point of the tet is on its rim.
+                let (value, _, x) = self.nearest_point(source, deepest[i], place(&points, i));
+                (((x - self.center) / self.half).as_vec3(), value)
+            };
+            let unit = (at - low) / size;
             if unit.min_element() >= 0.0 && unit.max_element() <= 1.0 {
-                worst = worst.max((trilinear(&corners, unit) - self.value_in(deepest[i], place(&near, i).as_dvec3()) as f32).abs());
+                worst = worst.max((trilinear(&corners, unit) - value as f32).abs());
+            }
+            if worst > enough {
+                break;
             }
         }
         worst
@@ -453,7 +463,7 @@ impl LocalTets {
     fn inverse_distance_to_tets(&self, source: &Source, tets: &[u32], at: Vec3) -> Sample {
         let (mut weights, mut sum) = (0.0, 0.0);
         for &tet in tets {
-            let (value, distance) = self.nearest_point(source, tet, at);
+            let (value, distance, _) = self.nearest_point(source, tet, at);
             if distance == 0.0 {
                 return Sample::exact(value as f32);
             }
@@ -465,25 +475,27 @@ impl LocalTets {
     /// What a leaf says of a corner outside every tet: the value at the nearest point of all, with the weight 1 / distance, so that the
     /// leaves that share the corner make equation (1') of it, each with its nearest tet. `near` is the tet that comes nearest to holding it.
     fn inverse_distance_to_nearest(&self, source: &Source, tets: &[u32], near: u32, at: Vec3) -> Sample {
-        let (mut value, mut distance) = self.nearest_point(source, near, at);
+        let (mut value, mut distance, _) = self.nearest_point(source, near, at);
         for &tet in tets {
             // No tet is nearer than the plane of a face that the point is beyond.
             if tet != near && f64::from(self.planes.distance_outside(tet as usize, at)) * self.half < distance {
                 let other = self.nearest_point(source, tet, at);
                 if other.1 < distance {
-                    (value, distance) = other;
+                    (value, distance) = (other.0, other.1);
                 }
             }
         }
         if distance == 0.0 { Sample::exact(value as f32) } else { Sample::mean(value * source.extent / distance, source.extent / distance) }
     }
 
-    /// The value at the point of a tet that is nearest to a place outside, and how far that is.
-    fn nearest_point(&self, source: &Source, tet: u32, at: Vec3) -> (f64, f64) {
+    /// The value at the point of a tet that is nearest to a place outside, how far that is, and where.
+    fn nearest_point(&self, source: &Source, tet: u32, at: Vec3) -> (f64, f64, DVec3) {
         let x = self.center + at.as_dvec3() * self.half;
         let (faces, tet) = (self.planes.faces_outside(tet as usize, at), self.ids[tet as usize]);
-        let (w, distance) = geometry::closest_point_beyond(x, &source.corners(tet), faces);
-        (w.iter().zip(source.values(tet)).map(|(w, s)| w * s).sum(), distance)
+        let p = source.corners(tet);
+        let (w, distance) = geometry::closest_point_beyond(x, &p, faces);
+        let nearest = (0..4).map(|i| p[i] * w[i]).sum();
+        (w.iter().zip(source.values(tet)).map(|(w, s)| w * s).sum(), distance, nearest)
     }
 
     /// Bounds of the field in a box: per tet, the linear field's over the box cut to the tet's own values.

@@ -32,8 +32,8 @@ const TWICE_DB: f64 = 6.02;
 ///
 /// * A budget: the best picture within it.
 /// * A target: the fewest bytes that reach it; with a budget too, within that, and the best picture within it if none reaches the target.
-/// * Neither: *fine*, the best picture there is; *balanced*, the bend of the curve of PSNR over the logarithm of bytes, where more bytes
-///   begin to pay less; *small*, the fewest bytes with at most twice the error of balanced.
+/// * Neither: *large*, the best picture there is; *medium*, the bend of the curve of PSNR over the logarithm of bytes, where more bytes
+///   begin to pay less; *small*, the fewest bytes with at most twice the error of medium.
 pub fn recommend(rows: &[Row], goal: Goal) -> Vec<Pick> {
     if rows.is_empty() {
         return Vec::new();
@@ -63,13 +63,13 @@ fn finest(rows: &[Row], curve: &[usize]) -> usize {
 }
 
 fn three(rows: &[Row], curve: &[usize]) -> Vec<Pick> {
-    let fine = finest(rows, curve);
-    let up_to_fine: Vec<usize> = curve.iter().copied().take_while(|&i| rows[i].bytes <= rows[fine].bytes).collect();
-    let balanced = bend(rows, &up_to_fine);
-    let enough = rows[balanced].psnr_db - TWICE_DB;
-    let small = up_to_fine.iter().copied().find(|&i| rows[i].psnr_db >= enough).unwrap_or(balanced);
+    let large = finest(rows, curve);
+    let up_to_large: Vec<usize> = curve.iter().copied().take_while(|&i| rows[i].bytes <= rows[large].bytes).collect();
+    let medium = bend(rows, &up_to_large);
+    let enough = rows[medium].psnr_db - TWICE_DB;
+    let small = up_to_large.iter().copied().find(|&i| rows[i].psnr_db >= enough).unwrap_or(medium);
     let mut picks: Vec<Pick> = Vec::new();
-    for (name, row) in [("medium", balanced), ("small", small), ("large", fine)] {
+    for (name, row) in [("medium", medium), ("small", small), ("large", large)] {
         if picks.iter().all(|pick| pick.row != row) {
             picks.push(Pick { name, row, meets_goal: true });
         }
@@ -121,7 +121,7 @@ mod tests {
 
     #[test]
     fn without_a_goal_there_are_three() {
-        // Above the chord from (100, 30) to (800, 52.05): 3.65 at 200, 1.3 at 400. Half of balanced's error is out of reach below it.
+        // Above the chord from (100, 30) to (800, 52.05): 3.65 at 200, 1.3 at 400. Half of medium's error is out of reach below it.
         assert_eq!(picked(None, None), [("medium", 200, true), ("large", 800, true)]);
         let mut more = rows();
         more.push(row(150, 36.0, 0.1, 0.01));
