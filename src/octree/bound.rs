@@ -236,6 +236,6 @@ mod tests {
         let cube = bound(lattice(&mut Random(3), 5, 0.0, 1.0, false));
         assert!(cube > 0.0 && cube < 5e-5, "{cube}");
         let cut = bound(lattice(&mut Random(3), 5, 0.0, 0.7, false));
-        assert!(cut > 0.01 && cut < 0.2, "leaves that the surface cuts are not exact: {cut}");
+        assert!(cut > 0.001 && cut < 0.2, "leaves that the surface cuts are not exact: {cut}");
     }
 }
