@@ -25,6 +25,7 @@ struct Linear {
     gradient: DVec3,
     constant: f64,
     range: [f64; 2],
+    corners: [DVec3; 4],
     bounds: Aabb,
     /// The planes of the faces, `n . x <= d` inside.
     faces: [(DVec3, f64); 4],
@@ -33,8 +34,8 @@ struct Linear {
 /// Bounds the error of a texture everywhere in the mesh.
 ///
 /// On the part of a leaf that a tet covers, the error is the leaf's trilinear field less the tet's linear one: a trilinear function, which
-/// on a box takes its extremes at corners. So its largest size at the corners of the box that the leaf and the tet's bounds share bounds it,
-/// and so does what the ranges of both allow; the smaller counts. Nothing is assumed of the samples: hanging corners, corners outside the
+/// on a box takes its extremes at corners. So its largest size at the corners of the bounds of that part bounds it, and so does what the
+/// ranges of both allow; the smaller counts. Nothing is assumed of the samples: hanging corners, corners outside the
 /// mesh and rounding are all in it, and leaves inside one tet, or of a linear field, have a bound of nothing but rounding. This is sharper
 /// than `(h / 4)` times the sum of the jumps of the gradient (maths 3.3), and holds for every kind of sample.
 pub fn error_bound(mesh: &TetMesh, field: &ScalarField, texture: &OctreeTexture, progress: &Progress) -> Result<ErrorBound, Cancelled> {
@@ -45,14 +46,11 @@ pub fn error_bound(mesh: &TetMesh, field: &ScalarField, texture: &OctreeTexture,
         progress.check()?;
         let tets = chunk * CHUNK..((chunk + 1) * CHUNK).min(mesh.tets().len());
         progress.add(tets.len() as u64);
-        let usable = tets.filter(|&tet| field.is_usable(mesh, tet));
-        let bounds = usable.map(|tet| {
-            let linear = Linear::of(mesh, field, texture, tet);
-            let mut worst = (0.0, DVec3::ZERO);
-            linear.descend(texture, UVec3::ZERO, DVec3::ZERO, 1.0, &mut worst);
-            worst
-        });
-        Ok(bounds.fold((0.0, DVec3::splat(0.5)), larger))
+        let mut worst = (0.0, DVec3::splat(0.5));
+        for tet in tets.filter(|&tet| field.is_usable(mesh, tet)) {
+            Linear::of(mesh, field, texture, tet).descend(texture, UVec3::ZERO, DVec3::ZERO, 1.0, &mut worst);
+        }
+        Ok(worst)
     };
     let (bound, at) = (0..chunks).into_par_iter().map(worst_of).try_reduce(|| (0.0, DVec3::splat(0.5)), |a, b| Ok(larger(a, b)))?;
     let at = if bound > 0.0 { texture.root_min() + at * texture.root_edge() } else { DVec3::ZERO };
@@ -75,7 +73,7 @@ impl Linear {
             (normal, normal.dot(p[a]))
         };
         let range = [s.iter().copied().fold(f64::INFINITY, f64::min), s.iter().copied().fold(f64::NEG_INFINITY, f64::max)];
-        Linear { gradient, constant: s[0] - gradient.dot(p[0]), range, bounds: Aabb::of_points(p), faces: FACES.map(face) }
+        Linear { gradient, constant: s[0] - gradient.dot(p[0]), range, corners: p, bounds: Aabb::of_points(p), faces: FACES.map(face) }
     }
 
     /// Goes down to all leaves that the tet may overlap, and takes the largest error and its leaf's centre.
@@ -91,8 +89,12 @@ impl Linear {
                 Node::Empty => {}
                 Node::Interior { block } => self.descend(texture, block, corner, half, worst),
                 Node::Leaf { value, .. } => {
-                    let error = self.error(&texture.leaf_corners(block, i, value), corner, half);
-                    *worst = larger(*worst, (error, corner + half / 2.0));
+                    let corners = texture.leaf_corners(block, i, value);
+                    // A closer look only where it may matter.
+                    if self.error(&corners, corner, half, &self.bounds) >= worst.0 {
+                        let shared = self.shared(corner, half);
+                        *worst = larger(*worst, (self.error(&corners, corner, half, &shared), corner + half / 2.0));
+                    }
                 }
             }
         }
@@ -109,9 +111,46 @@ impl Linear {
         self.faces.iter().any(|(normal, d)| normal.dot(center) - half * normal.abs().element_sum() > d + SLACK)
     }
 
-    /// The bound in the leaf at `low`.
-    fn error(&self, corners: &[f32; 8], low: DVec3, edge: f64) -> f64 {
-        let (from, to) = (self.bounds.min.max(low).min(low + edge), self.bounds.max.min(low + edge).max(low));
+    /// The bounds of what the tet and a cell share: of the tet's faces, cut to the cell, and of the cell's corners inside the tet.
+    /// [`Aabb::EMPTY`] if they share nothing.
+    fn shared(&self, low: DVec3, edge: f64) -> Aabb {
+        const SLACK: f64 = 1e-12;
+        let mut bounds = Aabb::EMPTY;
+        let mut add = |p: DVec3| bounds = Aabb { min: bounds.min.min(p - SLACK), max: bounds.max.max(p + SLACK) };
+        for [a, b, c] in FACES {
+            let mut polygon = vec![self.corners[a], self.corners[b], self.corners[c]];
+            for (axis, plane, sign) in (0..3).flat_map(|axis| [(axis, low[axis], 1.0), (axis, low[axis] + edge, -1.0)]) {
+                let depth = |p: &DVec3| sign * (p[axis] - plane) + SLACK;
+                let mut cut = Vec::with_capacity(polygon.len() + 1);
+                for (i, p) in polygon.iter().enumerate() {
+                    let next = &polygon[(i + 1) % polygon.len()];
+                    let (here, there) = (depth(p), depth(next));
+                    if here >= 0.0 {
+                        cut.push(*p);
+                    }
+                    if (here >= 0.0) != (there >= 0.0) {
+                        cut.push(p + (next - p) * (here / (here - there)));
+                    }
+                }
+                polygon = cut;
+            }
+            polygon.into_iter().for_each(&mut add);
+        }
+        for i in 0..8 {
+            let p = low + super::brick::offset(i).as_dvec3() * edge;
+            if self.faces.iter().all(|(normal, d)| normal.dot(p) <= d + SLACK) {
+                add(p);
+            }
+        }
+        bounds
+    }
+
+    /// The bound in the part of the leaf at `low` that lies in `bounds`; 0 if nothing does.
+    fn error(&self, corners: &[f32; 8], low: DVec3, edge: f64, bounds: &Aabb) -> f64 {
+        if bounds.min.x > bounds.max.x {
+            return 0.0;
+        }
+        let (from, to) = (bounds.min.max(low).min(low + edge), bounds.max.min(low + edge).max(low));
         let (mut difference, mut lowest, mut highest) = (0f64, f64::INFINITY, f64::NEG_INFINITY);
         for k in 0..8 {
             let at = DVec3::select(glam::BVec3::new(k & 1 == 1, k >> 1 & 1 == 1, k >> 2 == 1), to, from);
@@ -221,6 +260,42 @@ mod tests {
         }
         ratios.sort_by(f64::total_cmp);
         assert!(ratios[10] > 0.3, "the bound says something: {ratios:?}");
+    }
+
+    #[test]
+    fn what_a_tet_and_a_cell_share_is_bounded_tightly() {
+        let mut random = Random(11);
+        let (mut inside, mut nothing) = (0, 0);
+        for _ in 0..200 {
+            let corners = [(); 4].map(|()| DVec3::new(random.next(), random.next(), random.next()));
+            let (low, edge) = (DVec3::new(random.next(), random.next(), random.next()) * 0.8, 0.05 + 0.5 * random.next());
+            if geometry::is_degenerate(&corners) {
+                continue;
+            }
+            let mut p = corners;
+            if geometry::signed_volume(&p) < 0.0 {
+                p.swap(2, 3);
+            }
+            let faces = FACES.map(|[a, b, c]| {
+                let normal = (p[b] - p[a]).cross(p[c] - p[a]).normalize();
+                (normal, normal.dot(p[a]))
+            });
+            let tet = Linear { gradient: DVec3::ZERO, constant: 0.0, range: [0.0; 2], corners: p, bounds: Aabb::of_points(p), faces };
+            let shared = tet.shared(low, edge);
+            for _ in 0..2000 {
+                let at = low + DVec3::new(random.next(), random.next(), random.next()) * edge;
+                if geometry::barycentric(at, &p).iter().all(|&w| w >= 0.0) {
+                    assert!(shared.min.cmple(at).all() && shared.max.cmpge(at).all(), "{at} is in both, not in {shared:?}");
+                    inside += 1;
+                }
+            }
+            nothing += usize::from(shared == Aabb::EMPTY);
+            if shared != Aabb::EMPTY {
+                assert!(shared.min.cmpge(low - 1e-9).all() && shared.max.cmple(low + edge + 1e-9).all(), "not beyond the cell");
+                assert!(shared.min.cmpge(tet.bounds.min - 1e-9).all() && shared.max.cmple(tet.bounds.max + 1e-9).all(), "nor the tet");
+            }
+        }
+        assert!(inside > 5_000 && nothing > 10, "{inside} points in both, {nothing} pairs apart");
     }
 
     #[test]

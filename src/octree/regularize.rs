@@ -396,13 +396,16 @@ impl Regularizer<'_> {
 /// Cells of this depth and deeper are held to the tolerance itself.
 const EVEN_DEPTH: u8 = 8;
 
+/// No cell is divided for less: bricks round samples by up to twice as much.
+const ROUNDING: f64 = 2e-6;
+
 /// The error that a cell may have under a tolerance: a quarter for each level above [`EVEN_DEPTH`].
 ///
 /// What is seen of an error is its integral along rays and over pixels: a cell of edge h and error e adds about (e h)^2 to each of h^2 / pixel
 /// area squares. Splitting costs eight leaves whatever h is, so the picture gains most for its bytes where e h^2 is the same in all leaves. Held
 /// to one tolerance at all sizes, the few large cells, whose small errors have one sign over long ways, would spoil the picture.
 pub(super) fn allowed_error(tolerance: f64, depth: u8) -> f32 {
-    (tolerance * 0.25f64.powi(i32::from(EVEN_DEPTH.saturating_sub(depth)))) as f32
+    (tolerance * 0.25f64.powi(i32::from(EVEN_DEPTH.saturating_sub(depth)))).max(ROUNDING) as f32
 }
 
 /// What a cell is.

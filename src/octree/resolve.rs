@@ -257,6 +257,30 @@ mod tests {
     }
 
     #[test]
+    fn a_sampling_that_does_not_converge_divides_no_further() {
+        let mesh = ball(6000);
+        let field = field(&mesh, |p| p.x + p.y * p.z);
+        let nodes = |sampling| {
+            let params = OctreeParams { sampling, ..params(7, 0.05) };
+            regularize(&mesh, &field, &params, &Progress::new()).expect("regularizes").node_count()
+        };
+        assert_eq!(nodes(Sampling::Vertices), nodes(Sampling::Tets));
+        assert_eq!(nodes(Sampling::Average), nodes(Sampling::Tets));
+    }
+
+    #[test]
+    fn leaves_by_tolerance_have_the_samples_of_leaves_by_depth() {
+        let mesh = ball(6000);
+        let field = field(&mesh, |p| p.x + p.y * p.z);
+        for sampling in [Sampling::Tets, Sampling::Vertices, Sampling::Average] {
+            let at_once = OctreeParams { sampling, initial_depth: Some(3), tolerance: Some(1e6), ..params(4, 0.0) };
+            let deepest = OctreeParams { max_depth: 3, tolerance: None, ..at_once.clone() };
+            let levels = |params| regularize(&mesh, &field, params, &Progress::new()).expect("regularizes").levels;
+            assert!(levels(&at_once) == levels(&deepest), "{sampling:?}");
+        }
+    }
+
+    #[test]
     fn a_linear_field_comes_back_everywhere_inside() {
         let mesh = ball(6000);
         let field = field(&mesh, |p| 3.0 * p.x - 2.0 * p.y + p.z);

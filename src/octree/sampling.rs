@@ -277,6 +277,9 @@ impl LocalTets {
     /// The largest difference between the reconstruction and the field that is found in a cell: at lattice points, at vertices of the mesh
     /// inside it, and where the surface cuts it, at points of the surface; normalised. Stops at the first above `enough`. Where the linear
     /// functions of few tets nearly agree, a bound instead. A quick look sees vertices and the middles of the cell and its faces.
+    ///
+    /// Samples are taken as [`Sampling::Tets`] has them whatever the parameters say: what equation (1) or a mean errs by is not mended by
+    /// dividing, and would divide everything to the greatest depth.
     pub fn error(
         &self,
         source: &Source,
@@ -289,24 +292,23 @@ impl LocalTets {
         visited: &mut Visited,
     ) -> f32 {
         self.known_corners.set(None);
+        let is_sample = params.sampling == Sampling::Tets;
+        let params = &OctreeParams { sampling: Sampling::Tets, boundary: Boundary::Cells, ..params.clone() };
         let points = lattice_points(center, half, CORNERS);
         let (deepest, outside) = self.planes.deepest(tets, &points);
         let filled = outside.iter().all(|&d| d <= INSIDE_TOLERANCE);
         let continuous = params.reconstruction == Reconstruction::Continuous;
-        let by_tets = continuous && params.sampling == Sampling::Tets;
-        if by_tets && filled && tets.len() <= FEW_TETS {
+        if continuous && filled && tets.len() <= FEW_TETS {
             let bound = 2.0 * self.disagreement(tets, center.as_dvec3(), f64::from(half)) as f32;
             if bound <= enough && enough.is_finite() {
                 return bound;
             }
         }
-        let mut corners: [f32; 8] = if by_tets {
+        let mut corners: [f32; 8] = if continuous {
             // Outside the mesh that is only near to what the leaf would take, but soon found; see below.
             std::array::from_fn(|k| self.value_in(deepest[k], place(&points, k).as_dvec3()) as f32)
-        } else if continuous {
-            self.corners(source, params.sampling, tets, center, half, visited).map(Sample::value)
         } else {
-            let leaf = self.sample(source, &OctreeParams { boundary: Boundary::Cells, ..params.clone() }, tets, center, half, visited);
+            let leaf = self.sample(source, params, tets, center, half, visited);
             [leaf.map_or(0.0, |leaf| leaf.value); 8]
         };
         let mut worst = 0f32;
@@ -351,10 +353,10 @@ impl LocalTets {
             return worst;
         }
         // The surface cuts the cell: the leaf's own samples, also at points just inside the surface before lattice points outside.
-        if by_tets {
+        if continuous {
             let samples = self.corners(source, params.sampling, tets, center, half, visited);
             corners = samples.map(Sample::value);
-            self.known_corners.set(Some((center, samples)));
+            self.known_corners.set(is_sample.then_some((center, samples)));
             worst = worst.max(at_lattice(&corners));
         }
         if worst > enough {
