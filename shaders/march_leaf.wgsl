@@ -5,7 +5,9 @@
 // #import shared/nodes
 // #import shared/descent.wgsl
 // #import shared/corners.wgsl
+// #import shared/leap.wgsl
 // #import shared/surface.wgsl
+// #import shared/parts.wgsl
 // #import shared/spans.wgsl
 // #import shared/classify.wgsl
 // #import shared/segment.wgsl
@@ -24,14 +26,15 @@ fn main(@builtin(global_invocation_id) pixel: vec3<u32>, @builtin(local_invocati
     var samples = 0u;
     let ray = enter(pixel_ray(pixel.xy));
     if (ray.t_out > 0.0 && in_image(pixel.xy)) {
-        samples = march(ray, &light);
+        samples = march(ray, pixel.xy, &light);
     }
     write_pixel(pixel.xy, light);
     count_samples(samples, lane);
 }
 
-// Follows a ray from leaf to leaf through a span; adds the full leaves met.
-fn march_span(ray: Ray, span: vec2<f32>, light: ptr<function, Light>, samples: ptr<function, u32>) -> bool {
+// Follows a ray from leaf to leaf through the part of a span that counts; adds the full leaves met.
+fn march_span(ray: Ray, inside: vec2<f32>, part: vec2<f32>, light: ptr<function, Light>, samples: ptr<function, u32>) -> bool {
+    let span = vec2<f32>(max(inside.x, part.x), min(inside.y, part.y));
     let cells = grid_cells();
     var step = 0.0;
     if (continuous) { step = step_along(ray); }

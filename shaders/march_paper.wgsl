@@ -4,7 +4,9 @@
 // #import shared/nodes
 // #import shared/descent.wgsl
 // #import shared/corners.wgsl
+// #import shared/leap.wgsl
 // #import shared/surface.wgsl
+// #import shared/parts.wgsl
 // #import shared/spans.wgsl
 // #import shared/classify.wgsl
 // #import shared/segment.wgsl
@@ -23,7 +25,7 @@ fn main(@builtin(global_invocation_id) pixel: vec3<u32>, @builtin(local_invocati
     var samples = 0u;
     let ray = enter(pixel_ray(pixel.xy));
     if (ray.t_out > 0.0 && in_image(pixel.xy)) {
-        samples = march(ray, &light);
+        samples = march(ray, pixel.xy, &light);
     }
     write_pixel(pixel.xy, light);
     count_samples(samples, lane);
@@ -36,8 +38,9 @@ struct Sample {
     step_depth: u32,
 }
 
-// Samples a span of a ray with the step of the leaves it meets; adds the full leaves looked up.
-fn march_span(ray: Ray, span: vec2<f32>, light: ptr<function, Light>, samples: ptr<function, u32>) -> bool {
+// Samples the part of a span that counts with the step of the leaves it meets; adds the full leaves looked up.
+fn march_span(ray: Ray, inside: vec2<f32>, part: vec2<f32>, light: ptr<function, Light>, samples: ptr<function, u32>) -> bool {
+    let span = vec2<f32>(max(inside.x, part.x), min(inside.y, part.y));
     let cells = grid_cells();
     let root = Cell(vec3<u32>(0u), cells);
     let step = step_along(ray);

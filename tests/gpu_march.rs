@@ -11,13 +11,14 @@ use octetra::octree::{CellKind, Octree, OctreeParams, OctreeTexture, regularize}
 use octetra::optics::Classifier;
 use octetra::progress::Progress;
 use octetra::view::{Camera, OpacityModel, Projection, RayFrame, RenderSettings, Steps, TransferFunction};
+use std::sync::Arc;
 
 fn context() -> Context {
     Context::new().expect("an adapter; on Debian: apt install mesa-vulkan-drivers")
 }
 
 /// Cells split, emptied and filled at random (xorshift64*) with a smooth field and noise, root cube of edge 3 away from the origin.
-fn random_tree(seed: u64, depth: u8) -> OctreeTexture {
+fn random_tree(seed: u64, depth: u8) -> Arc<OctreeTexture> {
     let mut state = seed;
     let mut random = move || {
         state ^= state >> 12;
@@ -30,7 +31,7 @@ fn random_tree(seed: u64, depth: u8) -> OctreeTexture {
         p if p < 0.7 => CellKind::Empty,
         _ => CellKind::Leaf((at.as_vec3().length() / (1u32 << d) as f32 / 1.8 + 0.05 * random() as f32).min(1.0)),
     };
-    OctreeTexture::encode(&Octree::from_fn(DVec3::new(-1.0, -2.0, 0.5), 3.0, [-1.0, 4.0], kind)).expect("fits")
+    Arc::new(OctreeTexture::encode(&Octree::from_fn(DVec3::new(-1.0, -2.0, 0.5), 3.0, [-1.0, 4.0], kind)).expect("fits"))
 }
 
 fn cameras() -> [Camera; 5] {
@@ -64,7 +65,7 @@ fn gpu_and_cpu_draw_the_same() {
         let texture = random_tree(seed, 6);
         let volume = OctreeVolume::upload_as(&context, &texture, None, storage).expect("fits");
         for (view, camera) in cameras().iter().enumerate() {
-            for steps in [Steps::Leaf, Steps::Paper] {
+            for steps in [Steps::Leaf, Steps::Paper, Steps::Fixed] {
                 let frame = frame(camera, [75, 61]);
                 let classifier = &classifiers()[view % 2];
                 let settings = RenderSettings { steps, ..RenderSettings::new(75, 61) };
@@ -90,7 +91,8 @@ fn gpu_and_cpu_draw_the_same_continuous_field_inside_the_same_surface() {
     let values = mesh.points().iter().map(|p| (4.0 * p.x).sin() + p.y * p.z).collect();
     let field = ScalarField::new("f".into(), Association::Points, values);
     let params = OctreeParams { max_depth: 7, ..OctreeParams::default() };
-    let texture = OctreeTexture::encode(&regularize(&mesh, &field, &params, &Progress::new()).expect("regularizes")).expect("fits");
+    let texture =
+        Arc::new(OctreeTexture::encode(&regularize(&mesh, &field, &params, &Progress::new()).expect("regularizes")).expect("fits"));
     let surface = params.surface(&mesh, &field);
     let classifier = Classifier::new(&TransferFunction::standard(), texture.value_range(), mesh.bounds().diagonal());
     let inside = Camera {
@@ -103,7 +105,7 @@ fn gpu_and_cpu_draw_the_same_continuous_field_inside_the_same_surface() {
         for surface in [None, surface.as_deref()] {
             let volume = OctreeVolume::upload_as(&context, &texture, surface, storage).expect("fits");
             for camera in [Camera::orbit(mesh.bounds(), 4, 1.3), inside] {
-                for steps in [Steps::Leaf, Steps::Paper] {
+                for steps in [Steps::Leaf, Steps::Paper, Steps::Fixed] {
                     let frame = frame(&camera, [75, 61]);
                     let settings = RenderSettings { steps, ..RenderSettings::new(75, 61) };
                     let on_cpu = cpu::march(&texture, surface, &frame, &classifier, &settings, &Progress::new()).expect("nobody cancels");
@@ -123,8 +125,9 @@ fn an_octree_without_leaves_is_transparent() {
     let context = context();
     let marcher = Marcher::new(&context).expect("the shaders compile");
     let texture = OctreeTexture::encode(&Octree::from_fn(DVec3::ZERO, 1.0, [0.0, 1.0], |_, _| CellKind::Empty)).expect("fits");
+    let texture = Arc::new(texture);
     let volume = OctreeVolume::upload(&context, &texture, None).expect("fits");
-    for steps in [Steps::Leaf, Steps::Paper] {
+    for steps in [Steps::Leaf, Steps::Paper, Steps::Fixed] {
         let settings = RenderSettings { steps, ..RenderSettings::new(9, 9) };
         let image = marcher.render(&context, &volume, &frame(&cameras()[0], [9, 9]), &classifiers()[0], &settings).expect("renders");
         assert!(image.samples == 0 && image.image.pixels.iter().all(|p| *p == [0.0; 4]));

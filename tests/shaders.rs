@@ -1,5 +1,6 @@
 //! Every shader is valid, and what it shares with Rust has the same names, offsets, sizes and values on both sides.
 
+use octetra::gpu::Placing;
 use octetra::gpu::layout::{Counter, Frame, Knot};
 use octetra::gpu::shader::{FILES, NodeStorage, source};
 use octetra::mesh::{adjacency, boundary};
@@ -73,20 +74,27 @@ fn structs_mirror_their_shaders() {
             up,
             depth,
             pixel_size,
-            cell_edge
+            cell_edge,
+            split_axis,
+            split_position
         }),
         mirror!(Knot { color, extinction, value, inverse_width }),
         mirror!(Counter { low, high }),
+        mirror!(Placing { to_image, w, pixel }),
     ];
-    for (file, module) in modules().into_iter().filter(|(file, _)| file.starts_with("march")) {
+    let mut seen = std::collections::BTreeSet::new();
+    for (file, module) in modules() {
         for (name, size, fields) in &mirrors {
-            let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name));
-            let (_, r#type) = found.unwrap_or_else(|| panic!("{file} has no struct {name}"));
+            let Some((_, r#type)) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)) else { continue };
+            seen.insert((*name, file.starts_with("march")));
             let TypeInner::Struct { members, span } = &r#type.inner else { panic!("{file}: {name} is no struct") };
             let members: Vec<_> = members.iter().map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize)).collect();
             assert_eq!(&members, fields, "{file}: fields of {name}");
             assert_eq!(*span as usize, *size, "{file}: size of {name}");
         }
+    }
+    for found in [("Frame", true), ("Knot", true), ("Counter", true), ("Frame", false), ("Placing", false)] {
+        assert!(seen.contains(&found), "{found:?} is in no shader");
     }
 }
 

@@ -15,7 +15,13 @@ struct Frame {
     depth: u32,
     pixel_size: vec2<f32>,
     cell_edge: f32,
+    // The axis that the halving plane is perpendicular to; 3 if rays are cut into equal parts.
+    split_axis: u32,
+    split_position: f32,
 }
+
+// Parts that rays are cut into; 0 if they are not.
+override parts: u32 = 0u;
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 

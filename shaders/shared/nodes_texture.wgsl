@@ -11,6 +11,18 @@ fn position(block: u32) -> vec3<u32> {
     return vec3<u32>(block >> 16u, (block >> 8u) & 255u, block & 255u);
 }
 
+fn block_number(block: u32) -> u32 {
+    let n = textureDimensions(nodes).x / 2u;
+    let at = position(block);
+    return at.x + n * (at.y + n * at.z);
+}
+
+// The name of a block.
+fn block_named(number: u32) -> u32 {
+    let n = textureDimensions(nodes).x / 2u;
+    return ((number % n) << 16u) | (((number / n) % n) << 8u) | (number / (n * n));
+}
+
 // Samples at the corners of the children, 5 x 3 texels a block.
 @group(0) @binding(7) var bricks: texture_3d<u32>;
 

@@ -7,10 +7,11 @@ use crate::mesh::{Component, FieldSelection, ScalarField, TetMesh, generate};
 use crate::octree::{Boundary, OctreeParams, Preset, Reconstruction, Sampling};
 use crate::progress::Progress;
 use crate::render::DeviceChoice;
-use crate::view::{Camera, RenderSettings, RendererKind, Steps, TransferFunction, View};
+use crate::view::{Camera, Intervals, RenderSettings, RendererKind, Skip, Steps, TransferFunction, View};
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 /// A mesh or a volume, and one of its fields.
 #[derive(Debug, Clone, Args)]
@@ -264,12 +265,20 @@ pub struct ViewArgs {
     /// Where to draw: auto takes the best GPU, else the CPU
     #[arg(long, value_enum, default_value = "auto")]
     pub device: DeviceArg,
-    /// Where samples lie: leaf by leaf, or by the paper's rule
+    /// Where samples lie: leaf by leaf, by the paper's rule, or a fixed step apart
     #[arg(long, value_enum, default_value = "leaf")]
     pub steps: StepsArg,
-    /// Initial step L_s at depth 1 in world units [default: half the octree's edge]
+    /// Initial step L_s at depth 1 in world units [default: half the octree's edge]; with --steps fixed the step itself [default: the
+    /// finest cell's edge]
     #[arg(long, value_name = "L_S", value_parser = parse_positive)]
     pub step: Option<f64>,
+    /// How to get past what the transfer function does not show: none, bounds (first to last active leaf), octree (from active leaf to
+    /// active leaf), half (that in each half of the volume), half=ray (of each ray), k=N (in N parts of each ray)
+    #[arg(long, value_name = "WAY", default_value = "octree", value_parser = Skip::from_str)]
+    pub skip: Skip,
+    /// Where bounds, half and k=N get first and last leaves from
+    #[arg(long, value_enum, default_value = "compute")]
+    pub intervals: IntervalsArg,
 }
 
 /// Values of `--renderer`.
@@ -299,6 +308,17 @@ pub enum StepsArg {
     Leaf,
     /// The paper's rule.
     Paper,
+    /// One step everywhere.
+    Fixed,
+}
+
+/// Values of `--intervals`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum IntervalsArg {
+    /// A compute pass that follows each ray.
+    Compute,
+    /// The boxes of active leaves, rasterised.
+    Raster,
 }
 
 impl From<DeviceArg> for DeviceChoice {
@@ -333,8 +353,14 @@ impl ViewArgs {
             steps: match self.steps {
                 StepsArg::Leaf => Steps::Leaf,
                 StepsArg::Paper => Steps::Paper,
+                StepsArg::Fixed => Steps::Fixed,
             },
             step_world: self.step,
+            skip: self.skip,
+            intervals: match self.intervals {
+                IntervalsArg::Compute => Intervals::Compute,
+                IntervalsArg::Raster => Intervals::Raster,
+            },
             ..RenderSettings::new(self.size[0], self.size[1])
         };
         View { camera: camera.unwrap_or_else(orbit), transfer_function, settings }

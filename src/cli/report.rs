@@ -89,7 +89,8 @@ impl Report {
     /// The picture's numbers and the device's.
     pub fn picture(&mut self, renderer: &Renderer, scene: &Scene, picture: &Picture) {
         self.set("time", "frame", picture.wall_s);
-        self.set("time", "frame_gpu", picture.gpu_s);
+        self.set("time", "frame_gpu", picture.gpu_s.map(|s| s.frame));
+        self.set("time", "intervals_gpu", picture.gpu_s.map(|s| s.intervals));
         self.set("samples", "taken", picture.samples);
         if let (Some([name, backend, driver]), true) = (renderer.adapter(), scene.is_on_device()) {
             self.0["adapter"] = json!({ "name": name, "backend": backend, "driver": driver });
@@ -110,6 +111,7 @@ impl Report {
                 "orbit": view.camera.is_none().then_some(view.orbit), "zoom": view.camera.is_none().then_some(view.zoom),
                 "renderer": format!("{:?}", view.renderer).to_lowercase(), "device": format!("{:?}", view.device).to_lowercase(),
                 "steps": format!("{:?}", view.steps).to_lowercase(), "step": view.step,
+                "skip": view.skip.to_string(), "intervals": format!("{:?}", view.intervals).to_lowercase(),
                 "min_transmittance": used.settings.min_transmittance,
             })
         });

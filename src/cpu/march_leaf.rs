@@ -2,26 +2,28 @@
 
 use super::descent::{Descent, Word};
 use super::ray::{Cell, Ray};
-use super::{Scene, step_at};
+use super::{Scene, Way, step_at};
 use crate::octree::trilinear;
 use crate::optics::Light;
 
 /// A leaf is cut into at most so many pieces.
 pub const MAX_PIECES: f32 = 64.0;
 
-/// Follows a ray from leaf to leaf (method 1.4, the stricter rule) from t = `span[0]` to `span[1]`; adds its light and the number of full
-/// leaves met. Returns whether there may be more to see behind.
-pub(super) fn march(scene: &Scene, ray: &Ray, descent: &mut Descent, span: [f32; 2], light: &mut Light, samples: &mut u32) -> bool {
+/// Follows a ray from leaf to leaf (method 1.4, the stricter rule) through what of a span lies in a part of it; adds its light and the
+/// number of full leaves met. Returns whether there may be more to see behind.
+pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, [inside, part]: [[f32; 2]; 2], light: &mut Light) -> bool {
+    let span = [inside[0].max(part[0]), inside[1].min(part[1])];
+    let (descent, what) = (&mut way.descent, scene.what());
     let cells = descent.cells();
     let mut t = span[0];
     let mut at = ray.cell_at(t, Cell::root(cells), cells);
     loop {
-        let (word, cell) = descent.find(at);
+        let (word, cell) = descent.descend(at, what);
         let exits = ray.exits(cell, cells);
         let t_exit = exits.min_element();
         let t_next = t_exit.min(span[1]).max(t);
         if word.0 != 0 {
-            *samples += 1;
+            way.samples += 1;
             pass_leaf(scene, ray, descent, word, cell, [t, t_next], light);
             if light.transmittance < scene.min_transmittance {
                 return false;

@@ -2,7 +2,7 @@
 
 use super::descent::{Descent, Word};
 use super::ray::{Cell, Ray};
-use super::{MAX_LOOKUPS, Scene, step_at};
+use super::{MAX_LOOKUPS, Scene, Way, step_at};
 use crate::octree::trilinear;
 use crate::optics::Light;
 
@@ -14,11 +14,13 @@ struct Sample {
     step_depth: u32,
 }
 
-/// Samples a ray from t = `span[0]` to `span[1]` with the step of the leaves it meets (method 1.4): `L(d) = L_s / 2^(d-1)`; back to the last
+/// Samples what of a span of a ray lies in a part of it with the step of the leaves it meets (method 1.4): `L(d) = L_s / 2^(d-1)`; back to the last
 /// sample where a leaf is deeper than the step's depth; linear between the samples of a run; a run ends at the face where the volume does,
 /// and empty cells are leapt over. Adds the light and the number of full leaves looked up, those that were stepped back from included.
 /// Returns whether there may be more to see behind.
-pub(super) fn march(scene: &Scene, ray: &Ray, descent: &mut Descent, span: [f32; 2], light: &mut Light, samples: &mut u32) -> bool {
+pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, [inside, part]: [[f32; 2]; 2], light: &mut Light) -> bool {
+    let span = [inside[0].max(part[0]), inside[1].min(part[1])];
+    let (descent, what) = (&mut way.descent, scene.what());
     let cells = descent.cells();
     let root = Cell::root(cells);
     let step = scene.step_along(ray);
@@ -26,7 +28,7 @@ pub(super) fn march(scene: &Scene, ray: &Ray, descent: &mut Descent, span: [f32;
     let mut t = span[0];
     let mut at = ray.cell_at(t, root, cells);
     for _ in 0..MAX_LOOKUPS {
-        let (word, cell) = descent.find(at);
+        let (word, cell) = descent.descend(at, what);
         if word.0 == 0 {
             // Empty: the run ends where the ray entered this cell, and the next begins beyond it.
             if let Some(last) = run.take() {
@@ -42,7 +44,7 @@ pub(super) fn march(scene: &Scene, ray: &Ray, descent: &mut Descent, span: [f32;
             t = t_exit.max(t);
             continue;
         }
-        *samples += 1;
+        way.samples += 1;
         let depth = word.depth();
         run = match run {
             // Deeper than the step: back to the last sample, and on from there with the deeper leaf's step.
@@ -63,7 +65,7 @@ pub(super) fn march(scene: &Scene, ray: &Ray, descent: &mut Descent, span: [f32;
             if t >= span[1] {
                 let mut end = last.value;
                 if scene.continuous {
-                    let (word, cell) = descent.find(ray.cell_at(span[1], root, cells));
+                    let (word, cell) = descent.descend(ray.cell_at(span[1], root, cells), what);
                     end = if word.0 == 0 { end } else { value(scene, ray, descent, word, cell, span[1]) };
                 }
                 light.add_linear(scene.table, last.value, end, (span[1] - last.t) * ray.length);

@@ -3,14 +3,17 @@
 //! Each file is the twin of the shader of its name: same functions, same order, f32 throughout. Lengths are in edges of the root cube.
 
 mod descent;
+mod leap;
+mod march_fixed;
 mod march_leaf;
 mod march_paper;
+mod parts;
 mod ray;
 mod surface;
 #[cfg(test)]
 mod surface_tests;
 
-use descent::Descent;
+use descent::{Descent, What};
 pub use descent::{INTERIOR, MAX_DEPTH};
 pub use march_leaf::MAX_PIECES;
 pub use ray::{FAR, PARALLEL};
@@ -18,10 +21,12 @@ pub use surface::{MAX_HITS, TINY, surface_intervals};
 
 use crate::image::Image;
 use crate::mesh::BoundarySurface;
-use crate::octree::{OctreeTexture, Reconstruction};
+use crate::octree::{Activity, OctreeTexture, Reconstruction};
 use crate::optics::{Classifier, KnotTable, Light};
 use crate::progress::{Cancelled, Progress};
-use crate::view::{CubeRays, RayFrame, RenderSettings, Steps};
+use crate::view::{CubeRays, RayFrame, RenderSettings, Skip, Steps};
+use leap::next_active;
+use parts::{Cuts, Parts};
 use ray::Ray;
 use rayon::prelude::*;
 use surface::SurfaceRay;
@@ -36,7 +41,8 @@ pub const MIN_STEP: f32 = 1.0 / 1_048_576.0;
 pub struct MarchOutput {
     /// Linear premultiplied RGBA, row 0 at the top.
     pub image: Image,
-    /// Look-ups that found a full leaf: `leaf`, the leaves that rays pass; `paper`, all samples, those stepped back from included.
+    /// Look-ups that found a full leaf: `leaf`, the leaves that rays pass; `paper`, all samples, those stepped back from included; `fixed`,
+    /// the samples.
     pub samples: u64,
 }
 
@@ -48,8 +54,22 @@ struct Scene<'a> {
     continuous: bool,
     table: &'a KnotTable,
     min_transmittance: f32,
-    /// L_s in cube edges.
+    /// L_s in cube edges, or the step itself.
     step: f32,
+    activity: &'a Activity,
+    /// Whether the march leaps over what is not active.
+    is_skipping: bool,
+    /// Into what rays are cut, if they are.
+    cuts: Option<Cuts>,
+}
+
+/// A ray's way so far.
+struct Way<'a> {
+    descent: Descent<'a>,
+    /// Up to where steps of one length have been marched: parts that follow each other may share one.
+    marched_to: f32,
+    /// Full leaves looked up.
+    samples: u32,
 }
 
 impl Scene<'_> {
@@ -58,29 +78,64 @@ impl Scene<'_> {
         self.step * ray.inverse_length()
     }
 
-    /// Marches a ray through the cube, or through the parts of it that the surface leaves. Returns the light and the number of full leaves
-    /// looked up.
+    /// What of the tree is marched.
+    fn what(&self) -> What {
+        if self.is_skipping { What::Active } else { What::All }
+    }
+
+    /// Marches a ray: all of it in the cube, or what lies inside the mesh's surface; of that, the parts that hold something active. Returns
+    /// the light and the number of full leaves looked up.
     fn march(&self, ray: &Ray, steps: Steps) -> (Light, u32) {
-        let march = match steps {
+        let march_span = match steps {
             Steps::Leaf => march_leaf::march,
             Steps::Paper => march_paper::march,
+            Steps::Fixed => march_fixed::march,
         };
-        let mut descent = Descent::new(self.texture);
-        let (mut light, mut samples) = (Light::default(), 0);
-        let Some(surface) = self.surface else {
-            march(self, ray, &mut descent, [0.0, ray.t_out], &mut light, &mut samples);
-            return (light, samples);
+        let mut way = Way { descent: Descent::new(self.texture, self.activity), marched_to: 0.0, samples: 0 };
+        let mut light = Light::default();
+        let mut parts = match self.cuts {
+            Some(cuts) => Parts::note(ray, &mut way.descent, cuts),
+            None => Parts::whole(),
         };
-        let mut way = SurfaceRay::start(surface, ray);
-        loop {
-            let (enters, leaves) = way.next_interval();
-            let leaves = leaves.min(ray.t_out);
-            // Rays that pass behind the cube's far side have nothing left to meet.
-            if enters >= leaves || !march(self, ray, &mut descent, [enters, leaves], &mut light, &mut samples) {
-                return (light, samples);
+        let mut part = parts.next();
+        if part[0] >= ray.t_out {
+            return (light, 0);
+        }
+        let mut span = [0.0, ray.t_out];
+        let mut surface = None;
+        if let Some(of_mesh) = self.surface {
+            // Rays on which nothing is seen need not look for the surface.
+            if self.is_skipping {
+                part[0] = next_active(ray, &mut way.descent, 0.0, ray.t_out);
+                if part[0] >= ray.t_out {
+                    return (light, 0);
+                }
+            }
+            let surface = surface.insert(SurfaceRay::start(of_mesh, ray));
+            span = next_span(surface, ray);
+        }
+        while span[0] < span[1] && part[0] < ray.t_out {
+            let is_met = part[0] < span[1] && span[0] < part[1];
+            if is_met && !march_span(self, ray, &mut way, [span, part], &mut light) {
+                break;
+            }
+            // What ends first makes room for the next.
+            if part[1] < span[1] {
+                part = parts.next();
+            } else if let Some(surface) = &mut surface {
+                span = next_span(surface, ray);
+            } else {
+                break;
             }
         }
+        (light, way.samples)
     }
+}
+
+/// The next interval inside the surface, cut to the cube.
+fn next_span(surface: &mut SurfaceRay, ray: &Ray) -> [f32; 2] {
+    let (enters, leaves) = surface.next_interval();
+    [enters, leaves.min(ray.t_out)]
 }
 
 /// The step at a depth, `L(d) = L_s / 2^(d-1)`, equation (2) of method 1.4.
@@ -89,7 +144,8 @@ fn step_at(step: f32, depth: u32) -> f32 {
 }
 
 /// Marches the octree texture along every ray of `frame` by the rule `settings.steps`, row by row on all threads; the result does not
-/// depend on their number. With a surface, only what lies inside it is marched. Of the settings, `steps`, `step_world` and `min_transmittance` count; the size is the frame's.
+/// depend on their number. With a surface, only what lies inside it is marched. Of the
+/// settings, `steps`, `step_world`, `skip` and `min_transmittance` count; the size is the frame's.
 pub fn march(
     texture: &OctreeTexture,
     surface: Option<&BoundarySurface>,
@@ -105,13 +161,20 @@ pub fn march(
     }
     let rays = CubeRays::new(frame, texture.root_min(), texture.root_edge());
     let table = classifier.table(texture.root_edge());
+    // Without skipping everything counts.
+    let seen = if settings.skip == Skip::None { vec![[0.0, 1.0]] } else { table.seen() };
+    let activity = Activity::new(texture, &seen);
+    let split = (settings.skip == Skip::Half).then(|| activity.split(texture));
     let scene = Scene {
         texture,
         surface,
         continuous: texture.reconstruction() == Reconstruction::Continuous,
         table: &table,
         min_transmittance: settings.min_transmittance as f32,
-        step: settings.step_world.map_or(0.5, |step| step / texture.root_edge()) as f32,
+        activity: &activity,
+        is_skipping: settings.skip == Skip::Octree,
+        cuts: settings.skip.parts().map(|parts| Cuts { parts, split }),
+        step: settings.step_in_cubes(texture.root_edge(), texture.depth()),
     };
     let march_row = |(row, pixels): (usize, &mut [[f32; 4]])| {
         progress.check()?;

@@ -1,5 +1,6 @@
 //! Structs that the CPU writes and shaders read; `tests/shaders.rs` compares them with their WGSL by name, offset and size.
 
+use crate::octree::Split;
 use crate::view::{CubeRays, RayFrame, RenderSettings};
 use bytemuck::{Pod, Zeroable};
 
@@ -37,8 +38,12 @@ pub struct Frame {
     pub pixel_size: [f32; 2],
     /// Edge of a cell of the deepest level.
     pub cell_edge: f32,
+    /// The axis that the halving plane is perpendicular to; 3 if rays are cut into equal parts.
+    pub split_axis: u32,
+    /// Where the plane crosses it.
+    pub split_position: f32,
     /// Fills the struct to a multiple of 16 bytes.
-    pub _pad: f32,
+    pub _pad: [f32; 3],
 }
 
 /// The number of samples of an image: `Counter` in `shaders/shared/output.wgsl`.
@@ -52,8 +57,16 @@ pub struct Counter {
 }
 
 impl Frame {
-    /// The rays of `frame` through a root cube, and the settings that count in the march. `depth` is the octree's.
-    pub fn new(frame: &RayFrame, root_min: glam::DVec3, root_edge: f64, depth: u8, settings: &RenderSettings) -> Self {
+    /// The rays of `frame` through a root cube, and the settings that count in the march. `depth` is the octree's, `split` the plane that
+    /// halves it, if one does.
+    pub fn new(
+        frame: &RayFrame,
+        root_min: glam::DVec3,
+        root_edge: f64,
+        depth: u8,
+        settings: &RenderSettings,
+        split: Option<Split>,
+    ) -> Self {
         let rays = CubeRays::new(frame, root_min, root_edge);
         Frame {
             origin: rays.origin.to_array(),
@@ -65,12 +78,14 @@ impl Frame {
             forward: rays.forward.to_array(),
             min_transmittance: settings.min_transmittance as f32,
             right: rays.right.to_array(),
-            step: settings.step_world.map_or(0.5, |step| step / root_edge) as f32,
+            step: settings.step_in_cubes(root_edge, depth.max(1)),
             up: rays.up.to_array(),
             depth: u32::from(depth).max(1),
             pixel_size: rays.pixel_size(),
             cell_edge: 1.0 / (1u32 << depth.max(1)) as f32,
-            _pad: 0.0,
+            split_axis: split.map_or(3, |split| split.axis as u32),
+            split_position: split.map_or(0.0, |split| split.position),
+            _pad: [0.0; 3],
         }
     }
 }

@@ -1,19 +1,21 @@
-//! The march over the octree texture, `shaders/march_leaf.wgsl` and `shaders/march_paper.wgsl`: the twin of `cpu::march`. And that through
+//! The march over the octree texture, `shaders/march_leaf.wgsl`, `march_paper.wgsl` and `march_fixed.wgsl`: the twin of `cpu::march`. And that through
 //! the mesh itself, `shaders/march_exact.wgsl`.
 //!
 //! It is a compute pass: on some GPUs only a few multiprocessors run fragment shaders (maths 8).
 
+use super::activity::ActivityPass;
 use super::context::{Context, GpuError};
 use super::exact_mesh::ExactMesh;
+use super::intervals::{IntervalPass, PartWords, Placing};
 use super::layout::{Counter, Frame};
 use super::shader::{self, NodeStorage};
 use super::surface::GpuSurface;
 use super::target::Target;
 use super::timing::Timestamps;
-use super::volume::{Nodes, OctreeVolume};
+use super::volume::OctreeVolume;
 use crate::image::Image;
 use crate::optics::{Classifier, psi_table};
-use crate::view::{RayFrame, RenderSettings, Steps};
+use crate::view::{Intervals, RayFrame, RenderSettings, Skip, Steps};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -21,7 +23,7 @@ use std::time::Instant;
 use wgpu::util::DeviceExt;
 
 /// Pixels along each side of the square that a workgroup marches.
-const TILE: u32 = 8;
+pub(super) const TILE: u32 = 8;
 
 /// The pipelines of the march.
 #[derive(Debug)]
@@ -31,6 +33,8 @@ pub struct Marcher {
     /// Each is made when it is first needed.
     pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
     psi: wgpu::Buffer,
+    pub(super) activity: ActivityPass,
+    intervals: IntervalPass,
 }
 
 /// What a march goes through.
@@ -45,7 +49,7 @@ pub enum Marched<'a> {
 /// What a pipeline is made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Variant {
-    Octree { steps: Steps, storage: NodeStorage, continuous: bool, clipped: bool },
+    Octree { steps: Steps, storage: NodeStorage, continuous: bool, clipped: bool, skip: Skip },
     Exact { on_cells: bool },
 }
 
@@ -70,11 +74,16 @@ impl<'a> Marched<'a> {
         }
     }
 
-    fn variant(self, steps: Steps) -> Variant {
+    fn variant(self, settings: &RenderSettings) -> Variant {
         match self {
-            Marched::Octree(volume) => {
-                Variant::Octree { steps, storage: volume.storage(), continuous: volume.continuous, clipped: volume.clipped }
-            }
+            Marched::Octree(volume) => Variant::Octree {
+                steps: settings.steps,
+                storage: volume.storage(),
+                continuous: volume.continuous,
+                clipped: volume.clipped,
+                // What a ray is cut into is all that matters to the march.
+                skip: settings.skip.parts().map_or(settings.skip, Skip::Parts),
+            },
             Marched::Exact(mesh) => Variant::Exact { on_cells: mesh.on_cells },
         }
     }
@@ -83,18 +92,23 @@ impl<'a> Marched<'a> {
     fn bindings(self) -> Vec<(u32, wgpu::BindingResource<'a>)> {
         match self {
             Marched::Octree(volume) => {
-                let (nodes, bricks) = match &volume.nodes {
-                    Nodes::Buffer(nodes, bricks) => (nodes.as_entire_binding(), bricks.as_entire_binding()),
-                    Nodes::Texture(nodes, bricks) => {
-                        (wgpu::BindingResource::TextureView(nodes), wgpu::BindingResource::TextureView(bricks))
-                    }
-                };
+                let [nodes, bricks] = volume.node_bindings();
+                let masks = volume.activity.masks.as_entire_binding();
                 let surface = (GpuSurface::FIRST_BINDING..).zip(volume.surface.bindings());
-                [(1, nodes), (7, bricks)].into_iter().chain(surface).collect()
+                [(1, nodes), (7, bricks), (15, masks)].into_iter().chain(surface).collect()
             }
             Marched::Exact(mesh) => mesh.bindings(),
         }
     }
+}
+
+/// What a frame takes on the GPU, by its timestamps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GpuSeconds {
+    /// Seconds of all of it.
+    pub frame: f64,
+    /// Of these, the seconds of the passes that find intervals; 0 if there are none.
+    pub intervals: f64,
 }
 
 /// An image made on the GPU.
@@ -104,8 +118,8 @@ pub struct GpuFrame {
     pub image: Image,
     /// Look-ups that found a full leaf, counted as `cpu::march` does; of an exact march the tets met.
     pub samples: u64,
-    /// Seconds on the GPU by its timestamps round the pass; `None` where they cannot be trusted.
-    pub gpu_s: Option<f64>,
+    /// Seconds on the GPU by its timestamps round the passes; `None` where they cannot be trusted.
+    pub gpu_s: Option<GpuSeconds>,
     /// Seconds from submission to the end of the work on the GPU, the copy for the readback included.
     pub wall_s: f64,
 }
@@ -116,6 +130,8 @@ impl Marcher {
         context.scoped(|| Marcher {
             layouts: [Data::Buffer, Data::Texture, Data::Exact].map(|data| layout(&context.device, data)),
             pipelines: Mutex::default(),
+            activity: ActivityPass::new(&context.device),
+            intervals: IntervalPass::new(&context.device),
             psi: init_buffer(&context.device, "psi", bytemuck::cast_slice(psi_table()), wgpu::BufferUsages::STORAGE),
         })
     }
@@ -157,9 +173,16 @@ impl Marcher {
         context.check_limit(what, need, "max_compute_workgroups_per_dimension", u64::from(limit))?;
 
         let (cube_min, cube_edge, depth) = volume.cube();
-        let uniforms = Frame::new(frame, cube_min, cube_edge, depth, settings);
         let table = classifier.table(cube_edge);
-        let variant = volume.variant(settings.steps);
+        let variant = volume.variant(settings);
+        let (mut split, mut boxes, mut words) = (None, None, None);
+        if let (Marched::Octree(volume), true) = (volume, settings.skip != Skip::None) {
+            let parts = settings.skip.parts();
+            let (wants_split, is_raster) = (settings.skip == Skip::Half, parts.is_some() && settings.intervals == Intervals::Raster);
+            (split, boxes) = self.activity.show(context, volume, table.seen(), wants_split, is_raster)?;
+            words = parts.map(|parts| self.intervals.words(context, target.size(), parts)).transpose()?;
+        }
+        let uniforms = Frame::new(frame, cube_min, cube_edge, depth, settings, split);
         context.scoped(|| {
             let device = &context.device;
             let layout = self.layout(variant);
@@ -178,10 +201,19 @@ impl Marcher {
                 (5, wgpu::BindingResource::TextureView(target.view())),
                 (6, counter.as_entire_binding()),
             ];
-            let bindings = shared.into_iter().chain(volume.bindings());
-            let entries: Vec<_> = bindings.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+            if let (Marched::Octree(octree), Some(words)) = (volume, &words) {
+                let boxes = boxes.as_ref().map(|boxes| (boxes, Placing::new(frame, cube_min, cube_edge)));
+                self.intervals.encode(context, encoder, octree, &uniforms, words, boxes, timestamps);
+            }
+            let mut bindings: Vec<_> = shared.into_iter().chain(volume.bindings()).collect();
+            if let Marched::Octree(octree) = volume {
+                // Without parts the words are not read.
+                let unread = &octree.activity.masks;
+                bindings.push((16, words.as_ref().map_or(unread, |words: &PartWords| &words.buffer).as_entire_binding()));
+            }
+            let entries: Vec<_> = bindings.into_iter().map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
             let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("march"), layout, entries: &entries });
-            let timestamp_writes = timestamps.map(Timestamps::round_pass);
+            let timestamp_writes = timestamps.map(|t| t.compute(words.is_none(), true));
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("march"), timestamp_writes });
             pass.set_pipeline(&pipeline);
             pass.set_bind_group(0, &bind_group, &[]);
@@ -251,14 +283,6 @@ enum Data {
 fn layout(device: &wgpu::Device, data: Data) -> wgpu::BindGroupLayout {
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let read = buffer(wgpu::BufferBindingType::Storage { read_only: true });
-    let nodes = match data {
-        Data::Buffer | Data::Exact => read,
-        Data::Texture => wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Uint,
-            view_dimension: wgpu::TextureViewDimension::D3,
-            multisampled: false,
-        },
-    };
     let image = wgpu::BindingType::StorageTexture {
         access: wgpu::StorageTextureAccess::WriteOnly,
         format: wgpu::TextureFormat::Rgba32Float,
@@ -268,48 +292,94 @@ fn layout(device: &wgpu::Device, data: Data) -> wgpu::BindGroupLayout {
     // frame, knots, knot_index, psi_table, image, counter, surface_nodes, surface_faces, surface_vertices.
     let frame = buffer(wgpu::BufferBindingType::Uniform);
     let mut types = vec![(0, frame), (2, read), (3, read), (4, read), (5, image), (6, counter), (8, read), (9, read), (10, read)];
+    // nodes, bricks, activity, part_words.
+    let octree = |storage| vec![(1, nodes_type(storage)), (7, nodes_type(storage)), (15, read), (16, read)];
     types.extend(match data {
-        // nodes, bricks.
-        Data::Buffer | Data::Texture => vec![(1, nodes), (7, nodes)],
+        Data::Buffer => octree(NodeStorage::Buffer),
+        Data::Texture => octree(NodeStorage::Texture),
         // neighbours, tet_points, vertices, cell_values.
         Data::Exact => vec![(11, read), (12, read), (13, read), (14, read)],
     });
-    let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None };
-    let entries: Vec<_> = types.into_iter().map(entry).collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("march"), entries: &entries })
+    layout_of("march", device, wgpu::ShaderStages::COMPUTE, &types)
+}
+
+/// How nodes and bricks are bound.
+pub(super) fn nodes_type(storage: NodeStorage) -> wgpu::BindingType {
+    match storage {
+        NodeStorage::Buffer => wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only: true },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        NodeStorage::Texture => wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Uint,
+            view_dimension: wgpu::TextureViewDimension::D3,
+            multisampled: false,
+        },
+    }
+}
+
+/// A layout of bindings that the same stages see.
+pub(super) fn layout_of(
+    label: &str,
+    device: &wgpu::Device,
+    visibility: wgpu::ShaderStages,
+    types: &[(u32, wgpu::BindingType)],
+) -> wgpu::BindGroupLayout {
+    let entry = |&(binding, ty)| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+    let entries: Vec<_> = types.iter().map(entry).collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
 }
 
 fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, variant: Variant) -> wgpu::ComputePipeline {
     let flag = |set: bool| f64::from(u8::from(set));
     let mut constants = vec![("tile", f64::from(TILE))];
     let (stage, storage) = match variant {
-        Variant::Octree { steps, storage, continuous, clipped } => {
-            constants.extend([("continuous", flag(continuous)), ("clipped", flag(clipped))]);
-            (if steps == Steps::Leaf { "march_leaf.wgsl" } else { "march_paper.wgsl" }, storage)
+        Variant::Octree { steps, storage, continuous, clipped, skip } => {
+            constants.extend([("continuous", flag(continuous)), ("clipped", flag(clipped)), ("skipping", flag(skip == Skip::Octree))]);
+            constants.push(("parts", f64::from(skip.parts().unwrap_or(0))));
+            let stage = match steps {
+                Steps::Leaf => "march_leaf.wgsl",
+                Steps::Paper => "march_paper.wgsl",
+                Steps::Fixed => "march_fixed.wgsl",
+            };
+            (stage, storage)
         }
         Variant::Exact { on_cells } => {
             constants.push(("on_cells", flag(on_cells)));
             ("march_exact.wgsl", NodeStorage::Buffer)
         }
     };
-    let source = wgpu::ShaderSource::Wgsl(shader::source(stage, storage).into());
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(stage), source });
+    compute_pipeline(device, layout, &shader::source(stage, storage), stage, "main", &constants)
+}
+
+/// The pipeline of one compute stage.
+pub(super) fn compute_pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    source: &str,
+    label: &str,
+    entry_point: &str,
+    constants: &[(&str, f64)],
+) -> wgpu::ComputePipeline {
+    let source = wgpu::ShaderSource::Wgsl(source.into());
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(label), source });
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(stage),
+        label: Some(label),
         bind_group_layouts: &[Some(layout)],
         immediate_size: 0,
     });
     device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(stage),
+        label: Some(label),
         layout: Some(&layout),
         module: &module,
-        entry_point: Some("main"),
-        compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, zero_initialize_workgroup_memory: true },
+        entry_point: Some(entry_point),
+        compilation_options: wgpu::PipelineCompilationOptions { constants, zero_initialize_workgroup_memory: true },
         cache: None,
     })
 }
 
-fn init_buffer(device: &wgpu::Device, label: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+pub(super) fn init_buffer(device: &wgpu::Device, label: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
     device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
 }
 

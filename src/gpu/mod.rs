@@ -3,9 +3,11 @@
 //! Immutable renderer ([`Marcher`]), separate data ([`OctreeVolume`], [`ExactMesh`]), separate view (frame, classifier, settings): the window and the
 //! command call the same functions. Device errors come back as [`GpuError`].
 
+mod activity;
 mod context;
 mod exact_mesh;
 mod in_flight;
+mod intervals;
 pub mod layout;
 mod march;
 pub mod shader;
@@ -17,7 +19,8 @@ mod volume;
 pub use context::{Context, GpuError, device_descriptor};
 pub use exact_mesh::ExactMesh;
 pub use in_flight::{FrameTime, InFlight};
-pub use march::{GpuFrame, Marched, Marcher};
+pub use intervals::Placing;
+pub use march::{GpuFrame, GpuSeconds, Marched, Marcher};
 pub use surface::GpuSurface;
 pub use target::Target;
 pub use timing::FrameTimes;

@@ -1,11 +1,13 @@
 //! The octree texture on the device.
 
+use super::activity::DeviceActivity;
 use super::context::{Context, GpuError};
 use super::shader::NodeStorage;
 use super::surface::{GpuSurface, storage_buffer};
 use crate::mesh::BoundarySurface;
 use crate::octree::{BRICK_WORDS, Brick, Node, OctreeTexture, Reconstruction};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// An octree texture on the device, ready to be marched.
 ///
@@ -14,7 +16,10 @@ use glam::DVec3;
 /// its bricks in another.
 #[derive(Debug)]
 pub struct OctreeVolume {
+    /// What was copied.
+    pub(super) texture: Arc<OctreeTexture>,
     pub(super) nodes: Nodes,
+    pub(super) activity: DeviceActivity,
     pub(super) continuous: bool,
     /// Where rays enter and leave the mesh. Without it `clipped` is false, and nothing but a place to bind is here.
     pub(super) surface: GpuSurface,
@@ -34,7 +39,7 @@ pub(super) enum Nodes {
 
 impl OctreeVolume {
     /// Copies a texture to the device, as a buffer if the adapter can bind one that large, and the surface that rays are cut to, if any.
-    pub fn upload(context: &Context, texture: &OctreeTexture, surface: Option<&BoundarySurface>) -> Result<Self, GpuError> {
+    pub fn upload(context: &Context, texture: &Arc<OctreeTexture>, surface: Option<&BoundarySurface>) -> Result<Self, GpuError> {
         let limits = context.device.limits();
         let need = size_of_val(texture.texels()).max(size_of_val(texture.bricks())) as u64;
         let fits = need <= limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
@@ -44,7 +49,7 @@ impl OctreeVolume {
     /// Copies a texture to the device in the form asked for.
     pub fn upload_as(
         context: &Context,
-        texture: &OctreeTexture,
+        texture: &Arc<OctreeTexture>,
         surface: Option<&BoundarySurface>,
         storage: NodeStorage,
     ) -> Result<Self, GpuError> {
@@ -56,6 +61,8 @@ impl OctreeVolume {
         let continuous = texture.reconstruction() == Reconstruction::Continuous;
         let nothing = BoundarySurface::default();
         Ok(OctreeVolume {
+            activity: DeviceActivity::new(context, texture)?,
+            texture: texture.clone(),
             nodes,
             continuous,
             surface: GpuSurface::upload(context, surface.unwrap_or(&nothing))?,
@@ -75,6 +82,19 @@ impl OctreeVolume {
     /// Bytes of nodes and bricks on the device.
     pub fn bytes(&self) -> u64 {
         self.bytes
+    }
+
+    /// Bytes on the device of what says which nodes are active: 4 a block.
+    pub fn activity_bytes(&self) -> u64 {
+        self.activity.bytes()
+    }
+
+    /// Nodes and bricks as shaders bind them.
+    pub(super) fn node_bindings(&self) -> [wgpu::BindingResource<'_>; 2] {
+        match &self.nodes {
+            Nodes::Buffer(nodes, bricks) => [nodes.as_entire_binding(), bricks.as_entire_binding()],
+            Nodes::Texture(nodes, bricks) => [wgpu::BindingResource::TextureView(nodes), wgpu::BindingResource::TextureView(bricks)],
+        }
     }
 
     /// How the nodes are stored.

@@ -2,6 +2,7 @@
 //!
 //! Tong & Xu, *High Accuracy in Visualization of Tetrahedral Volume Data Based on an Adaptive Octree*, 2014.
 
+mod activity;
 mod bound;
 mod brick;
 mod lattice;
@@ -15,6 +16,7 @@ mod texture;
 mod tree;
 mod voxels;
 
+pub use activity::{ActiveBox, Activity, Split};
 pub use bound::{ErrorBound, error_bound};
 pub use brick::{BRICK_WORDS, Brick, LATTICE, trilinear};
 pub use params::{Boundary, OctreeParams, ParamsError, Preset, Reconstruction, Sampling};

@@ -37,6 +37,8 @@ pub struct OctreeTexture {
     /// Layers of blocks along z that are kept.
     block_layers: u32,
     depth: u8,
+    /// Blocks of each level.
+    level_blocks: Vec<u32>,
     root_min: DVec3,
     root_edge: f64,
     value_range: [f64; 2],
@@ -129,6 +131,7 @@ impl OctreeTexture {
             blocks_per_axis,
             block_layers,
             depth: tree.levels.len() as u8,
+            level_blocks: tree.levels.iter().map(|level| level.interior.len() as u32).collect(),
             root_min: tree.root_min,
             root_edge: tree.root_edge,
             value_range: tree.value_range,
@@ -165,13 +168,26 @@ impl OctreeTexture {
         UVec3::new(b % n, b / n % n, b / (n * n))
     }
 
+    /// Whether child `i` of block `b` is an interior node.
+    pub(super) fn is_interior(&self, b: u32, i: u32) -> bool {
+        self.texels[self.block_texel(b) + self.child_offset(i)][3] == 255
+    }
+
+    /// The number of the block of child `i` of block `b`, if that is an interior node.
+    pub(super) fn child_block(&self, b: u32, i: u32) -> Option<u32> {
+        match Node::decode(self.texels[self.block_texel(b) + self.child_offset(i)]) {
+            Some(Node::Interior { block }) => Some(self.block_number(block) as u32),
+            _ => None,
+        }
+    }
+
     /// Index of the first texel of block `b`.
-    fn block_texel(&self, b: u32) -> usize {
+    pub(super) fn block_texel(&self, b: u32) -> usize {
         self.texel_index(self.block_position(b) * 2)
     }
 
     /// Distance in texels from a block's first texel to that of child `i = x + 2 y + 4 z`.
-    fn child_offset(&self, i: u32) -> usize {
+    pub(super) fn child_offset(&self, i: u32) -> usize {
         let row = 2 * self.blocks_per_axis as usize;
         (i & 1) as usize + (i >> 1 & 1) as usize * row + (i >> 2) as usize * row * row
     }
@@ -214,6 +230,11 @@ impl OctreeTexture {
     /// The deepest level that has leaves or could have: the tree's number of levels.
     pub fn depth(&self) -> u8 {
         self.depth
+    }
+
+    /// Blocks of each level, the root's first. Blocks are numbered level by level.
+    pub fn level_blocks(&self) -> &[u32] {
+        &self.level_blocks
     }
 
     /// Lowest corner of the root cube, relative to the mesh's centre.

@@ -158,6 +158,25 @@ impl Knot {
 }
 
 impl KnotTable {
+    /// The values that are seen, those with an extinction above 0: closed intervals in [0, 1], ascending and apart.
+    ///
+    /// Extinction is linear between knots, so that an interval of knots is seen as a whole if it is at either end; an end without
+    /// extinction is itself not seen, and the nearest f32 stands for it.
+    pub fn seen(&self) -> Vec<[f32; 2]> {
+        let mut seen: Vec<[f32; 2]> = Vec::new();
+        for pair in self.knots.windows(2).filter(|pair| pair[0].extinction > 0.0 || pair[1].extinction > 0.0) {
+            let low = if pair[0].extinction > 0.0 { pair[0].value } else { pair[0].value.next_up() };
+            let high = if pair[1].extinction > 0.0 { pair[1].value } else { pair[1].value.next_down() };
+            match seen.last_mut() {
+                // What an interval ends with, the next begins with.
+                Some(last) if last[1] >= low => last[1] = last[1].max(high),
+                _ if low <= high => seen.push([low, high]),
+                _ => {}
+            }
+        }
+        seen
+    }
+
     /// The interval that holds `value` in [0, 1]: the last i with `knots[i].value <= value` that has a knot after it.
     pub fn interval(&self, value: f32) -> usize {
         let mut i = self.index[((value * INDEX_SIZE as f32) as usize).min(INDEX_SIZE - 1)] as usize;
@@ -233,6 +252,32 @@ mod tests {
         assert_eq!(extinction(table.interval_below(0.5), 0.5), 0.25);
         assert_eq!(extinction(table.interval(1.0), 1.0), 1.0, "also at the end of the range");
         assert_eq!(extinction(table.interval_below(1.0), 1.0), 0.5);
+    }
+
+    #[test]
+    fn seen_is_what_has_extinction() {
+        let seen = |opacity: &[[f64; 2]]| {
+            let tf = TransferFunction { opacity: opacity.to_vec(), ..TransferFunction::standard() };
+            let table = Classifier::new(&tf, [0.0, 1.0], 50.0).table(1.0);
+            let seen = table.seen();
+            for k in 0..=4096 {
+                let value = k as f32 / 4096.0;
+                let is_seen = table.classify(table.interval(value), value).extinction > 0.0;
+                let listed = seen.iter().any(|[low, high]| (*low..=*high).contains(&value));
+                assert!(listed || !is_seen, "{value} is seen but not in {seen:?}");
+                // At a step the side below may be seen at the same value.
+                assert!(is_seen || !listed || opacity.iter().any(|k| k[0] as f32 == value), "{value} is in {seen:?} but not seen");
+            }
+            assert!(seen.windows(2).all(|pair| pair[0][1] < pair[1][0]), "{seen:?}");
+            seen
+        };
+        assert!(seen(&[[0.0, 0.0], [1.0, 0.0]]).is_empty());
+        assert_eq!(seen(&[[0.0, 0.5]]), [[0.0, 1.0]]);
+        assert_eq!(seen(&[[0.0, 0.0], [0.25, 0.0], [0.5, 1.0], [0.75, 0.0], [1.0, 0.0]]), [[0.25f32.next_up(), 0.75f32.next_down()]]);
+        // Two peaks that touch at 0 in between; a step up and one down.
+        let touching = [[0.0, 0.0], [0.25, 1.0], [0.5, 0.0], [0.75, 1.0], [1.0, 0.0]];
+        assert_eq!(seen(&touching), [[0f32.next_up(), 0.5f32.next_down()], [0.5f32.next_up(), 1f32.next_down()]]);
+        assert_eq!(seen(&[[0.0, 0.0], [0.5, 0.0], [0.5, 1.0], [0.75, 1.0], [0.75, 0.0]]), [[0.5, 0.75]]);
     }
 
     #[test]

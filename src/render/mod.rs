@@ -4,7 +4,7 @@
 use crate::cpu;
 use crate::exact::ExactScene;
 use crate::geometry::Placed;
-use crate::gpu::{self, ExactMesh, FrameTimes, GpuError, InFlight, Marched, OctreeVolume, Target};
+use crate::gpu::{self, ExactMesh, FrameTimes, GpuError, GpuSeconds, InFlight, Marched, OctreeVolume, Target};
 use crate::image::Image;
 use crate::mesh::{BoundarySurface, CompactMesh, ScalarField, TetMesh};
 use crate::octree::OctreeTexture;
@@ -63,7 +63,7 @@ pub struct Scene {
 }
 
 enum Data {
-    Octree { texture: OctreeTexture, surface: Option<Arc<BoundarySurface>>, volume: Option<OctreeVolume> },
+    Octree { texture: Arc<OctreeTexture>, surface: Option<Arc<BoundarySurface>>, volume: Option<OctreeVolume> },
     Exact(ExactScene),
     ExactOnDevice { mesh: ExactMesh, value_range: [f64; 2] },
 }
@@ -78,7 +78,7 @@ pub struct Picture {
     /// Seconds from the first ray to the last, on the GPU with the copy for the readback.
     pub wall_s: f64,
     /// Seconds on the GPU by its own timestamps; `None` where there are none to trust.
-    pub gpu_s: Option<f64>,
+    pub gpu_s: Option<GpuSeconds>,
 }
 
 impl Renderer {
@@ -123,6 +123,7 @@ impl Renderer {
         surface: Option<Arc<BoundarySurface>>,
     ) -> Result<(Scene, f64), RenderError> {
         let start = Instant::now();
+        let texture = Arc::new(texture);
         let volume = match &self.gpu {
             Some(gpu) => Some(OctreeVolume::upload(&gpu.context, &texture, surface.as_deref())?),
             None => None,
@@ -188,7 +189,7 @@ impl Renderer {
     /// Times each view `repeats` times after warming up, nothing read back. All views have the first one's size, transfer
     /// function and settings.
     pub fn time(&self, scene: &Scene, views: &[View], repeats: u32, progress: &Progress) -> Result<FrameTimes, RenderError> {
-        let Some(first) = views.first() else { return Ok(FrameTimes { gpu_s: None, wall_s: vec![] }) };
+        let Some(first) = views.first() else { return Ok(FrameTimes { gpu_s: None, intervals_s: None, wall_s: vec![] }) };
         if let Some((gpu, marched, value_range)) = self.on_device(scene) {
             let classifier = Classifier::new(&first.transfer_function, value_range, scene.diagonal);
             let frames: Vec<RayFrame> = views.iter().map(|view| scene.frame(view)).collect();
@@ -200,7 +201,7 @@ impl Renderer {
                 wall_s.push(self.render(scene, view, progress)?.wall_s);
             }
         }
-        Ok(FrameTimes { gpu_s: None, wall_s })
+        Ok(FrameTimes { gpu_s: None, intervals_s: None, wall_s })
     }
 }
 

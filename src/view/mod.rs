@@ -4,9 +4,11 @@ mod camera;
 mod cube_rays;
 mod orbit;
 mod settings;
+mod skip;
 mod transfer_function;
 
 pub use camera::{Camera, CameraError, Projection, RayFrame};
 pub use cube_rays::{CubeRay, CubeRays, high_bits, mul_add};
 pub use settings::{RenderSettings, RendererKind, Steps, View};
+pub use skip::{Intervals, NotASkip, Skip};
 pub use transfer_function::{OpacityModel, TransferFunction, TransferFunctionError};

@@ -1,6 +1,6 @@
 //! Everything of a view that is neither camera nor transfer function.
 
-use super::{Camera, TransferFunction};
+use super::{Camera, Intervals, Skip, TransferFunction};
 
 /// Which data a picture is made from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -20,6 +20,8 @@ pub enum Steps {
     Leaf,
     /// The paper's rule: the step of the current depth, stepping back where the octree gets deeper.
     Paper,
+    /// One step everywhere: samples at its multiples from where the ray enters the cube, as in a march through a regular volume.
+    Fixed,
 }
 
 /// Size and quality of an image.
@@ -33,14 +35,25 @@ pub struct RenderSettings {
     pub renderer: RendererKind,
     /// Where octree samples lie.
     pub steps: Steps,
-    /// The initial step L_s at depth 1 in world units; `None` is half the root's edge. Depth d has `L_s / 2^(d-1)`.
+    /// The initial step L_s at depth 1 in world units; `None` is half the root's edge. Depth d has `L_s / 2^(d-1)`. With
+    /// [`Steps::Fixed`] the step itself; `None` is the edge of the finest cell.
     pub step_world: Option<f64>,
+    /// What of a ray is marched.
+    pub skip: Skip,
+    /// Where the intervals come from that some ways to skip need.
+    pub intervals: Intervals,
     /// A ray stops when its transmittance falls below this: 1/4096 where images are measured, 1/512 interactively.
     pub min_transmittance: f64,
 }
 
 impl RenderSettings {
-    /// A measured image of this size: octree, leaf by leaf, stopping at 1/4096.
+    /// The step in edges of a root cube of edge `root_edge` (world units) with `depth` levels: L_s, or the step itself.
+    pub fn step_in_cubes(&self, root_edge: f64, depth: u8) -> f32 {
+        let default = if self.steps == Steps::Fixed { (-f64::from(depth)).exp2() } else { 0.5 };
+        self.step_world.map_or(default, |step| step / root_edge) as f32
+    }
+
+    /// A measured image of this size: octree, leaf by leaf, past what is not seen, stopping at 1/4096.
     pub fn new(width: u32, height: u32) -> Self {
         RenderSettings {
             width,
@@ -48,6 +61,8 @@ impl RenderSettings {
             renderer: RendererKind::default(),
             steps: Steps::default(),
             step_world: None,
+            skip: Skip::default(),
+            intervals: Intervals::default(),
             min_transmittance: 1.0 / 4096.0,
         }
     }

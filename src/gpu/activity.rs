@@ -1,0 +1,197 @@
+//! What of an octree a transfer function shows, found on the device: `shaders/activity.wgsl`, the twin of `octree::Activity`.
+
+use super::context::{Context, GpuError};
+use super::march::{Marcher, copy_for_reading, init_buffer};
+use super::shader::{self, NodeStorage};
+use super::timing::Timestamps;
+use super::volume::OctreeVolume;
+use crate::octree::{ActiveBox, Activity, OctreeTexture, Split};
+use crate::optics::Classifier;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Lanes of a workgroup, a block each.
+const LANES: u32 = 64;
+/// Workgroups along x of a dispatch, which every adapter allows.
+const ROW_GROUPS: u32 = 65_535;
+/// Bytes between the uniforms of two levels: the largest alignment that an adapter may ask for.
+const LEVEL_STRIDE: u64 = 256;
+/// No box is larger than a cell of this depth, so that those of one draw are of much the same size.
+const LEAST_BOX_DEPTH: u8 = 4;
+
+/// Which nodes of a volume are active.
+#[derive(Debug)]
+pub(super) struct DeviceActivity {
+    /// One word a block.
+    pub masks: wgpu::Buffer,
+    /// First block and number of blocks of each level, [`LEVEL_STRIDE`] apart.
+    levels: wgpu::Buffer,
+    level_blocks: Vec<u32>,
+    shown: Mutex<Shown>,
+}
+
+/// What the masks stand for, and what was made of them.
+#[derive(Debug, Default)]
+struct Shown {
+    /// The values that are seen; `None` before the first time.
+    seen: Option<Vec<[f32; 2]>>,
+    host: Option<Arc<Activity>>,
+    split: Option<Split>,
+    boxes: Option<Boxes>,
+}
+
+/// Boxes of all that is active, on the device.
+#[derive(Debug, Clone)]
+pub(super) struct Boxes {
+    pub buffer: wgpu::Buffer,
+    pub count: u32,
+}
+
+impl DeviceActivity {
+    /// Room for the masks of a texture.
+    pub fn new(context: &Context, texture: &OctreeTexture) -> Result<Self, GpuError> {
+        let level_blocks = texture.level_blocks().to_vec();
+        let mut levels = vec![0u8; (LEVEL_STRIDE as usize * level_blocks.len()).max(8)];
+        let mut first = 0;
+        for (&count, bytes) in level_blocks.iter().zip(levels.chunks_mut(LEVEL_STRIDE as usize)) {
+            bytes[..8].copy_from_slice(bytemuck::bytes_of(&[first, count]));
+            first += count;
+        }
+        // A marcher that is given no parts binds the masks in their place: they have room for one.
+        let size = (4 * u64::from(first)).max(8);
+        let what = || format!("what is active of an octree of {first} blocks");
+        let limits = context.device.limits();
+        context.check_limit(what, size, "max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size)?;
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+        let masks = wgpu::BufferDescriptor { label: Some("activity"), size, usage, mapped_at_creation: false };
+        context.scoped(|| DeviceActivity {
+            masks: context.device.create_buffer(&masks),
+            levels: init_buffer(&context.device, "levels", &levels, wgpu::BufferUsages::UNIFORM),
+            level_blocks,
+            shown: Mutex::default(),
+        })
+    }
+
+    /// Bytes of the masks.
+    pub fn bytes(&self) -> u64 {
+        self.masks.size()
+    }
+}
+
+/// The pipelines that find what is active.
+#[derive(Debug)]
+pub(super) struct ActivityPass {
+    /// By storage and by whether leaves have samples at their corners.
+    pipelines: [[wgpu::ComputePipeline; 2]; 2],
+    layouts: [wgpu::BindGroupLayout; 2],
+}
+
+impl ActivityPass {
+    /// Compiles the shader in all its forms.
+    pub fn new(device: &wgpu::Device) -> Self {
+        let storages = [NodeStorage::Buffer, NodeStorage::Texture];
+        let layouts = storages.map(|storage| layout(device, storage));
+        let pipelines = [0, 1].map(|i| [false, true].map(|continuous| pipeline(device, &layouts[i], storages[i], continuous)));
+        ActivityPass { pipelines, layouts }
+    }
+
+    /// Sees to it that the masks of a volume are those of the values in `seen` for all work that is submitted from now on. Gives the plane
+    /// that halves what is active and its boxes, where they are asked for.
+    pub fn show(
+        &self,
+        context: &Context,
+        volume: &OctreeVolume,
+        seen: Vec<[f32; 2]>,
+        wants_split: bool,
+        wants_boxes: bool,
+    ) -> Result<(Option<Split>, Option<Boxes>), GpuError> {
+        let mut shown = volume.activity.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        if shown.seen.as_ref() != Some(&seen) {
+            self.submit(context, volume, &seen, None)?;
+            *shown = Shown { seen: Some(seen.clone()), ..Shown::default() };
+        }
+        let texture = &volume.texture;
+        if wants_split && shown.split.is_none() {
+            let activity = shown.host.get_or_insert_with(|| Arc::new(Activity::new(texture, &seen))).clone();
+            shown.split = Some(activity.split(texture));
+        }
+        if wants_boxes && shown.boxes.is_none() {
+            let activity = shown.host.get_or_insert_with(|| Arc::new(Activity::new(texture, &seen))).clone();
+            let words: Vec<[u32; 4]> =
+                activity.boxes(texture, LEAST_BOX_DEPTH).into_iter().map(|ActiveBox { low, size }| [low.x, low.y, low.z, size]).collect();
+            let buffer = super::surface::storage_buffer(context, "boxes", &words, || format!("{} boxes", words.len()))?;
+            shown.boxes = Some(Boxes { buffer, count: words.len() as u32 });
+        }
+        Ok((shown.split.filter(|_| wants_split), shown.boxes.clone().filter(|_| wants_boxes)))
+    }
+
+    /// Submits the work that finds what is active, with timestamps round it if they are given.
+    pub fn submit(
+        &self,
+        context: &Context,
+        volume: &OctreeVolume,
+        seen: &[[f32; 2]],
+        timestamps: Option<&Timestamps>,
+    ) -> Result<(), GpuError> {
+        let activity = &volume.activity;
+        let mut words = vec![[seen.len() as f32, 0.0]];
+        words.extend_from_slice(seen);
+        context.scoped(|| {
+            let device = &context.device;
+            let storage = volume.storage() as usize;
+            let seen = init_buffer(device, "seen", bytemuck::cast_slice(&words), wgpu::BufferUsages::STORAGE);
+            let level = wgpu::BufferBinding { buffer: &activity.levels, offset: 0, size: wgpu::BufferSize::new(8) };
+            let [nodes, bricks] = volume.node_bindings();
+            let bindings = [
+                (0, wgpu::BindingResource::Buffer(level)),
+                (1, nodes),
+                (2, seen.as_entire_binding()),
+                (7, bricks),
+                (15, activity.masks.as_entire_binding()),
+            ];
+            let entries = bindings.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
+            let layout = &self.layouts[storage];
+            let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("activity"), layout, entries: &entries });
+            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let timestamp_writes = timestamps.map(|t| t.compute(true, true));
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("activity"), timestamp_writes });
+            pass.set_pipeline(&self.pipelines[storage][usize::from(volume.continuous)]);
+            for (level, &blocks) in activity.level_blocks.iter().enumerate().rev() {
+                pass.set_bind_group(0, &bind_group, &[level as u32 * LEVEL_STRIDE as u32]);
+                let groups = blocks.div_ceil(LANES);
+                pass.dispatch_workgroups(groups.min(ROW_GROUPS), groups.div_ceil(ROW_GROUPS), 1);
+            }
+            drop(pass);
+            if let Some(timestamps) = timestamps {
+                timestamps.resolve(&mut encoder);
+            }
+            context.queue.submit([encoder.finish()]);
+        })
+    }
+}
+
+fn layout(device: &wgpu::Device, storage: NodeStorage) -> wgpu::BindGroupLayout {
+    let buffer = |ty, has_dynamic_offset| wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None };
+    let read = buffer(wgpu::BufferBindingType::Storage { read_only: true }, false);
+    let nodes = super::march::nodes_type(storage);
+    let masks = buffer(wgpu::BufferBindingType::Storage { read_only: false }, false);
+    // level, nodes, seen, bricks, activity.
+    let types = [(0, buffer(wgpu::BufferBindingType::Uniform, true)), (1, nodes), (2, read), (7, nodes), (15, masks)];
+    super::march::layout_of("activity", device, wgpu::ShaderStages::COMPUTE, &types)
+}
+
+fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, storage: NodeStorage, continuous: bool) -> wgpu::ComputePipeline {
+    let row = f64::from(LANES * ROW_GROUPS);
+    let constants = [("lanes", f64::from(LANES)), ("row", row), ("continuous", f64::from(u8::from(continuous)))];
+    super::march::compute_pipeline(device, layout, &shader::source("activity.wgsl", storage), "activity.wgsl", "main", &constants)
+}
+
+impl Marcher {
+    /// What a transfer function makes active of a volume: the masks of [`Activity`], found on the device and read back.
+    pub fn active_masks(&self, context: &Context, volume: &OctreeVolume, classifier: &Classifier) -> Result<Vec<u32>, GpuError> {
+        self.activity.show(context, volume, classifier.table(volume.root_edge).seen(), false, false)?;
+        let mut encoder = context.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let copy = context.scoped(|| copy_for_reading(&context.device, &mut encoder, &volume.activity.masks))?;
+        context.scoped(|| context.queue.submit([encoder.finish()]))?;
+        Ok(bytemuck::pod_collect_to_vec(&context.read(&copy)?))
+    }
+}
