@@ -1,8 +1,8 @@
 //! Every shader is valid, and what it shares with Rust has the same names, offsets, sizes and values on both sides.
 
-use octetra::gpu::Placing;
 use octetra::gpu::layout::{Counter, Frame, Knot};
 use octetra::gpu::shader::{FILES, NodeStorage, source};
+use octetra::gpu::{BLOCK_CELLS, Placing};
 use octetra::mesh::{adjacency, boundary};
 use octetra::{cpu, optics};
 use wgpu::naga::back::{PipelineConstants, pipeline_constants::process_overrides};
@@ -101,6 +101,7 @@ fn structs_mirror_their_shaders() {
 #[test]
 fn constants_have_one_value() {
     let constants: &[(&str, f64)] = &[
+        ("BLOCK_CELLS", f64::from(BLOCK_CELLS)),
         ("FAR", f64::from(cpu::FAR)),
         ("INDEX_SIZE", optics::INDEX_SIZE as f64),
         ("INTERIOR", f64::from(cpu::INTERIOR)),

@@ -273,7 +273,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "L_S", value_parser = parse_positive)]
     pub step: Option<f64>,
     /// How to get past what the transfer function does not show: none, bounds (first to last active leaf), octree (from active leaf to
-    /// active leaf), half (that in each half of the volume), half=ray (of each ray), k=N (in N parts of each ray)
+    /// active leaf), encoding (a compact texture of what is active, with --steps fixed), half (that in each half of the volume), half=ray (of each ray), k=N (in N parts of each ray)
     #[arg(long, value_name = "WAY", default_value = "octree", value_parser = Skip::from_str)]
     pub skip: Skip,
     /// Where bounds, half and k=N get first and last leaves from
@@ -332,6 +332,14 @@ impl From<DeviceArg> for DeviceChoice {
 }
 
 impl ViewArgs {
+    /// `Err` if flags contradict each other.
+    pub fn check(&self) -> Result<()> {
+        if self.skip == Skip::Encoding && !matches!(self.steps, StepsArg::Fixed) {
+            bail!("--skip encoding marches voxels by one step; add --steps fixed");
+        }
+        Ok(())
+    }
+
     /// The camera file, if one was named.
     fn camera_file(&self) -> Result<Option<Camera>> {
         self.camera.as_deref().map(|path| read_json(path, "a camera")).transpose()

@@ -1,8 +1,9 @@
 //! `octetra bench`: the paper's build table, and frame times over the orbit.
 
-use super::args::{MeshArgs, OctreeArgs, RendererArg, ViewArgs};
+use super::args::{MeshArgs, OctreeArgs, RawArgs, RendererArg, ViewArgs};
 use super::long_work::with_bar;
 use super::render::say_if_fallen_back;
+use super::skip_table;
 use crate::image::{Image, psnr};
 use crate::mesh::{ScalarField, TetMesh};
 use crate::octree::{OctreeParams, Preset};
@@ -20,6 +21,7 @@ Examples:
   octetra bench blunt_fin.vtu                       the paper's table for the Blunt Fin, frame times over the orbit
   octetra bench flow.vtu --depths 7,8,9 --repeats 10
   octetra bench flow.vtu --nodes 100000 --depths 9  thresholds that give about this many nodes
+  octetra bench scan.nhdr --tf bone.json --skip-table   half-splitting and other ways past empty space, the paper's figures beside
 
 Each depth is built by U, V and W. On the paper's two meshes W is chosen so that the node count is the paper's, unless --nodes says
 otherwise. Then come the presets, by tolerance R; --presets leaves the depths out. PSNR is against the exact renderer's picture, 8 bits, over covered pixels.")]
@@ -40,6 +42,11 @@ pub struct BenchCommand {
     /// Only the presets fast, balanced and fine
     #[arg(long, conflicts_with_all = ["depths", "nodes"])]
     presets: bool,
+    /// Instead, ways to skip empty space against each other: the tables of Yu et al. 2016, for this mesh or volume
+    #[arg(long, conflicts_with_all = ["depths", "nodes", "presets", "steps", "step", "skip", "intervals"])]
+    skip_table: bool,
+    #[command(flatten)]
+    volume: RawArgs,
     /// Builds of each row, and frames of each view
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
     repeats: u16,
@@ -48,8 +55,12 @@ pub struct BenchCommand {
 impl BenchCommand {
     /// Builds and draws at each depth and prints the tables.
     pub fn run(self) -> Result<()> {
-        ensure!(self.octree.max_depth.is_none(), "bench builds the depths that --depths names, not --max-depth");
         ensure!(self.view.renderer == RendererArg::Octree, "bench times the octree renderer; the exact one is what it compares with");
+        if self.skip_table {
+            return skip_table::run(&self.mesh, &self.volume, &self.octree, &self.view, u32::from(self.repeats));
+        }
+        ensure!(self.volume.dims.is_none(), "bench measures builds of meshes; with --skip-table it takes volumes");
+        ensure!(self.octree.max_depth.is_none(), "bench builds the depths that --depths names, not --max-depth");
         let mesh = self.mesh.read()?;
         let field = self.mesh.field(&mesh)?;
         self.mesh.check_budget(&mesh)?;

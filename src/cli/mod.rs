@@ -9,6 +9,7 @@ mod long_work;
 mod regularize;
 mod render;
 mod report;
+mod skip_table;
 mod subject;
 mod tune;
 mod view;

@@ -172,7 +172,7 @@ pub fn march(
         table: &table,
         min_transmittance: settings.min_transmittance as f32,
         activity: &activity,
-        is_skipping: settings.skip == Skip::Octree,
+        is_skipping: settings.skip.is_in_march(),
         cuts: settings.skip.parts().map(|parts| Cuts { parts, split }),
         step: settings.step_in_cubes(texture.root_edge(), texture.depth()),
     };

@@ -1,13 +1,17 @@
 //! What of an octree a transfer function shows, found on the device: `shaders/activity.wgsl`, the twin of `octree::Activity`.
 
 use super::context::{Context, GpuError};
+use super::encoded::EncodedVolume;
 use super::march::{Marcher, copy_for_reading, init_buffer};
 use super::shader::{self, NodeStorage};
+use super::surface::storage_buffer;
 use super::timing::Timestamps;
 use super::volume::OctreeVolume;
 use crate::octree::{ActiveBox, Activity, OctreeTexture, Split};
 use crate::optics::Classifier;
-use std::sync::{Arc, Mutex, PoisonError};
+use crate::view::{Intervals, RenderSettings, Skip, Steps};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 /// Lanes of a workgroup, a block each.
 const LANES: u32 = 64;
@@ -34,9 +38,37 @@ pub(super) struct DeviceActivity {
 struct Shown {
     /// The values that are seen; `None` before the first time.
     seen: Option<Vec<[f32; 2]>>,
-    host: Option<Arc<Activity>>,
+    host: Option<Activity>,
     split: Option<Split>,
     boxes: Option<Boxes>,
+    encoded: Option<EncodedVolume>,
+}
+
+/// What a march wants of what is active, besides the masks.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Wants {
+    pub split: bool,
+    pub boxes: bool,
+    pub encoded: bool,
+}
+
+impl Wants {
+    /// What a march with these settings wants.
+    pub fn of(settings: &RenderSettings) -> Self {
+        Wants {
+            split: settings.skip == Skip::Half,
+            boxes: settings.skip.parts().is_some() && settings.intervals == Intervals::Raster,
+            encoded: settings.skip == Skip::Encoding && settings.steps == Steps::Fixed,
+        }
+    }
+}
+
+/// What was asked for.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Given {
+    pub split: Option<Split>,
+    pub boxes: Option<Boxes>,
+    pub encoded: Option<EncodedVolume>,
 }
 
 /// Boxes of all that is active, on the device.
@@ -44,6 +76,14 @@ struct Shown {
 pub(super) struct Boxes {
     pub buffer: wgpu::Buffer,
     pub count: u32,
+}
+
+impl Boxes {
+    fn upload(context: &Context, boxes: &[ActiveBox]) -> Result<Self, GpuError> {
+        let words: Vec<[u32; 4]> = boxes.iter().map(|b| [b.low.x, b.low.y, b.low.z, b.size]).collect();
+        let buffer = storage_buffer(context, "boxes", &words, || format!("{} boxes", words.len()))?;
+        Ok(Boxes { buffer, count: words.len() as u32 })
+    }
 }
 
 impl DeviceActivity {
@@ -94,34 +134,39 @@ impl ActivityPass {
         ActivityPass { pipelines, layouts }
     }
 
-    /// Sees to it that the masks of a volume are those of the values in `seen` for all work that is submitted from now on. Gives the plane
-    /// that halves what is active and its boxes, where they are asked for.
-    pub fn show(
-        &self,
-        context: &Context,
-        volume: &OctreeVolume,
-        seen: Vec<[f32; 2]>,
-        wants_split: bool,
-        wants_boxes: bool,
-    ) -> Result<(Option<Split>, Option<Boxes>), GpuError> {
+    /// Sees to it that the masks of a volume are those of the values in `seen` for all work that is submitted from now on. What is asked
+    /// for besides is made on the host when it is first asked for.
+    pub fn show(&self, context: &Context, volume: &OctreeVolume, seen: Vec<[f32; 2]>, wants: Wants) -> Result<Given, GpuError> {
         let mut shown = volume.activity.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let shown = &mut *shown;
         if shown.seen.as_ref() != Some(&seen) {
             self.submit(context, volume, &seen, None)?;
             *shown = Shown { seen: Some(seen.clone()), ..Shown::default() };
         }
         let texture = &volume.texture;
-        if wants_split && shown.split.is_none() {
-            let activity = shown.host.get_or_insert_with(|| Arc::new(Activity::new(texture, &seen))).clone();
-            shown.split = Some(activity.split(texture));
+        let mut given = Given::default();
+        if !(wants.split || wants.boxes || wants.encoded) {
+            return Ok(given);
         }
-        if wants_boxes && shown.boxes.is_none() {
-            let activity = shown.host.get_or_insert_with(|| Arc::new(Activity::new(texture, &seen))).clone();
-            let words: Vec<[u32; 4]> =
-                activity.boxes(texture, LEAST_BOX_DEPTH).into_iter().map(|ActiveBox { low, size }| [low.x, low.y, low.z, size]).collect();
-            let buffer = super::surface::storage_buffer(context, "boxes", &words, || format!("{} boxes", words.len()))?;
-            shown.boxes = Some(Boxes { buffer, count: words.len() as u32 });
+        let activity = shown.host.get_or_insert_with(|| Activity::new(texture, &seen));
+        if wants.split {
+            given.split = Some(*shown.split.get_or_insert_with(|| activity.split(texture)));
         }
-        Ok((shown.split.filter(|_| wants_split), shown.boxes.clone().filter(|_| wants_boxes)))
+        if wants.boxes {
+            let boxes = match shown.boxes.take() {
+                Some(boxes) => boxes,
+                None => Boxes::upload(context, &activity.boxes(texture, LEAST_BOX_DEPTH))?,
+            };
+            given.boxes = Some(shown.boxes.insert(boxes).clone());
+        }
+        if wants.encoded {
+            let encoded = match shown.encoded.take() {
+                Some(encoded) => encoded,
+                None => EncodedVolume::new(context, texture, activity)?,
+            };
+            given.encoded = Some(shown.encoded.insert(encoded).clone());
+        }
+        Ok(given)
     }
 
     /// Submits the work that finds what is active, with timestamps round it if they are given.
@@ -186,9 +231,27 @@ fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, storage: Node
 }
 
 impl Marcher {
+    /// Seconds by the clock of all that a march with these settings needs to be made anew when another transfer function shows other
+    /// values: what is active, the plane, the boxes or the encoded volume.
+    pub fn time_preparation(
+        &self,
+        context: &Context,
+        volume: &OctreeVolume,
+        classifier: &Classifier,
+        settings: &RenderSettings,
+    ) -> Result<f64, GpuError> {
+        *volume.activity.shown.lock().unwrap_or_else(PoisonError::into_inner) = Shown::default();
+        let start = Instant::now();
+        if settings.skip != Skip::None {
+            self.activity.show(context, volume, classifier.table(volume.root_edge).seen(), Wants::of(settings))?;
+            context.wait()?;
+        }
+        Ok(start.elapsed().as_secs_f64())
+    }
+
     /// What a transfer function makes active of a volume: the masks of [`Activity`], found on the device and read back.
     pub fn active_masks(&self, context: &Context, volume: &OctreeVolume, classifier: &Classifier) -> Result<Vec<u32>, GpuError> {
-        self.activity.show(context, volume, classifier.table(volume.root_edge).seen(), false, false)?;
+        self.activity.show(context, volume, classifier.table(volume.root_edge).seen(), Wants::default())?;
         let mut encoder = context.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let copy = context.scoped(|| copy_for_reading(&context.device, &mut encoder, &volume.activity.masks))?;
         context.scoped(|| context.queue.submit([encoder.finish()]))?;

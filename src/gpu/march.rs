@@ -3,7 +3,7 @@
 //!
 //! It is a compute pass: on some GPUs only a few multiprocessors run fragment shaders (maths 8).
 
-use super::activity::ActivityPass;
+use super::activity::{ActivityPass, Given, Wants};
 use super::context::{Context, GpuError};
 use super::exact_mesh::ExactMesh;
 use super::intervals::{IntervalPass, PartWords, Placing};
@@ -15,7 +15,7 @@ use super::timing::Timestamps;
 use super::volume::OctreeVolume;
 use crate::image::Image;
 use crate::optics::{Classifier, psi_table};
-use crate::view::{Intervals, RayFrame, RenderSettings, Skip, Steps};
+use crate::view::{RayFrame, RenderSettings, Skip, Steps};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -29,7 +29,7 @@ pub(super) const TILE: u32 = 8;
 #[derive(Debug)]
 pub struct Marcher {
     /// Layouts by [`Data`].
-    layouts: [wgpu::BindGroupLayout; 3],
+    layouts: [wgpu::BindGroupLayout; 5],
     /// Each is made when it is first needed.
     pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
     psi: wgpu::Buffer,
@@ -81,8 +81,11 @@ impl<'a> Marched<'a> {
                 storage: volume.storage(),
                 continuous: volume.continuous,
                 clipped: volume.clipped,
-                // What a ray is cut into is all that matters to the march.
-                skip: settings.skip.parts().map_or(settings.skip, Skip::Parts),
+                skip: match settings.skip {
+                    Skip::Encoding if settings.steps != Steps::Fixed => Skip::Octree,
+                    // What a ray is cut into is all that matters to the march.
+                    skip => skip.parts().map_or(skip, Skip::Parts),
+                },
             },
             Marched::Exact(mesh) => Variant::Exact { on_cells: mesh.on_cells },
         }
@@ -128,7 +131,8 @@ impl Marcher {
     /// Makes what all frames share; shaders are compiled when they are first needed.
     pub fn new(context: &Context) -> Result<Self, GpuError> {
         context.scoped(|| Marcher {
-            layouts: [Data::Buffer, Data::Texture, Data::Exact].map(|data| layout(&context.device, data)),
+            layouts: [Data::Buffer, Data::Texture, Data::Exact, Data::EncodedBuffer, Data::EncodedTexture]
+                .map(|data| layout(&context.device, data)),
             pipelines: Mutex::default(),
             activity: ActivityPass::new(&context.device),
             intervals: IntervalPass::new(&context.device),
@@ -175,14 +179,13 @@ impl Marcher {
         let (cube_min, cube_edge, depth) = volume.cube();
         let table = classifier.table(cube_edge);
         let variant = volume.variant(settings);
-        let (mut split, mut boxes, mut words) = (None, None, None);
+        let (mut given, mut words) = (Given::default(), None);
         if let (Marched::Octree(volume), true) = (volume, settings.skip != Skip::None) {
             let parts = settings.skip.parts();
-            let (wants_split, is_raster) = (settings.skip == Skip::Half, parts.is_some() && settings.intervals == Intervals::Raster);
-            (split, boxes) = self.activity.show(context, volume, table.seen(), wants_split, is_raster)?;
+            given = self.activity.show(context, volume, table.seen(), Wants::of(settings))?;
             words = parts.map(|parts| self.intervals.words(context, target.size(), parts)).transpose()?;
         }
-        let uniforms = Frame::new(frame, cube_min, cube_edge, depth, settings, split);
+        let uniforms = Frame::new(frame, cube_min, cube_edge, depth, settings, given.split);
         context.scoped(|| {
             let device = &context.device;
             let layout = self.layout(variant);
@@ -202,7 +205,7 @@ impl Marcher {
                 (6, counter.as_entire_binding()),
             ];
             if let (Marched::Octree(octree), Some(words)) = (volume, &words) {
-                let boxes = boxes.as_ref().map(|boxes| (boxes, Placing::new(frame, cube_min, cube_edge)));
+                let boxes = given.boxes.as_ref().map(|boxes| (boxes, Placing::new(frame, cube_min, cube_edge)));
                 self.intervals.encode(context, encoder, octree, &uniforms, words, boxes, timestamps);
             }
             let mut bindings: Vec<_> = shared.into_iter().chain(volume.bindings()).collect();
@@ -210,6 +213,10 @@ impl Marcher {
                 // Without parts the words are not read.
                 let unread = &octree.activity.masks;
                 bindings.push((16, words.as_ref().map_or(unread, |words: &PartWords| &words.buffer).as_entire_binding()));
+            }
+            if let Some(encoded) = &given.encoded {
+                bindings.extend([(19, wgpu::BindingResource::TextureView(&encoded.index))]);
+                bindings.extend([(20, wgpu::BindingResource::TextureView(&encoded.samples))]);
             }
             let entries: Vec<_> = bindings.into_iter().map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
             let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("march"), layout, entries: &entries });
@@ -260,6 +267,8 @@ impl Marcher {
 impl Marcher {
     fn layout(&self, variant: Variant) -> &wgpu::BindGroupLayout {
         &self.layouts[match variant {
+            Variant::Octree { storage: NodeStorage::Buffer, skip: Skip::Encoding, .. } => Data::EncodedBuffer,
+            Variant::Octree { storage: NodeStorage::Texture, skip: Skip::Encoding, .. } => Data::EncodedTexture,
             Variant::Octree { storage: NodeStorage::Buffer, .. } => Data::Buffer,
             Variant::Octree { storage: NodeStorage::Texture, .. } => Data::Texture,
             Variant::Exact { .. } => Data::Exact,
@@ -278,6 +287,8 @@ enum Data {
     Buffer,
     Texture,
     Exact,
+    EncodedBuffer,
+    EncodedTexture,
 }
 
 fn layout(device: &wgpu::Device, data: Data) -> wgpu::BindGroupLayout {
@@ -297,9 +308,18 @@ fn layout(device: &wgpu::Device, data: Data) -> wgpu::BindGroupLayout {
     types.extend(match data {
         Data::Buffer => octree(NodeStorage::Buffer),
         Data::Texture => octree(NodeStorage::Texture),
+        Data::EncodedBuffer => octree(NodeStorage::Buffer),
+        Data::EncodedTexture => octree(NodeStorage::Texture),
         // neighbours, tet_points, vertices, cell_values.
         Data::Exact => vec![(11, read), (12, read), (13, read), (14, read)],
     });
+    if matches!(data, Data::EncodedBuffer | Data::EncodedTexture) {
+        // block_index, block_samples.
+        let sample_types = [wgpu::TextureSampleType::Uint, wgpu::TextureSampleType::Float { filterable: false }];
+        let texture =
+            |sample_type| wgpu::BindingType::Texture { sample_type, view_dimension: wgpu::TextureViewDimension::D3, multisampled: false };
+        types.extend((19..).zip(sample_types.map(texture)));
+    }
     layout_of("march", device, wgpu::ShaderStages::COMPUTE, &types)
 }
 
@@ -336,11 +356,12 @@ fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, variant: Vari
     let mut constants = vec![("tile", f64::from(TILE))];
     let (stage, storage) = match variant {
         Variant::Octree { steps, storage, continuous, clipped, skip } => {
-            constants.extend([("continuous", flag(continuous)), ("clipped", flag(clipped)), ("skipping", flag(skip == Skip::Octree))]);
+            constants.extend([("continuous", flag(continuous)), ("clipped", flag(clipped)), ("skipping", flag(skip.is_in_march()))]);
             constants.push(("parts", f64::from(skip.parts().unwrap_or(0))));
             let stage = match steps {
                 Steps::Leaf => "march_leaf.wgsl",
                 Steps::Paper => "march_paper.wgsl",
+                Steps::Fixed if skip == Skip::Encoding => "march_encoded.wgsl",
                 Steps::Fixed => "march_fixed.wgsl",
             };
             (stage, storage)

@@ -5,6 +5,7 @@
 
 mod activity;
 mod context;
+mod encoded;
 mod exact_mesh;
 mod in_flight;
 mod intervals;
@@ -17,6 +18,7 @@ mod timing;
 mod volume;
 
 pub use context::{Context, GpuError, device_descriptor};
+pub use encoded::BLOCK_CELLS;
 pub use exact_mesh::ExactMesh;
 pub use in_flight::{FrameTime, InFlight};
 pub use intervals::Placing;

@@ -17,6 +17,7 @@ embedded![
     "activity.wgsl",
     "boxes.wgsl",
     "intervals.wgsl",
+    "march_encoded.wgsl",
     "march_exact.wgsl",
     "march_fixed.wgsl",
     "march_leaf.wgsl",
@@ -37,6 +38,7 @@ embedded![
     "shared/ray.wgsl",
     "shared/segment.wgsl",
     "shared/spans.wgsl",
+    "shared/steps.wgsl",
     "shared/surface.wgsl",
     "viewport.wgsl",
 ];

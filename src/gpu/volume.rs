@@ -164,7 +164,7 @@ fn upload_texture(context: &Context, texture: &OctreeTexture) -> Result<wgpu::Te
 }
 
 /// A 3D texture with texels of 4 bytes; none at all leaves zeros.
-fn texture_3d(
+pub(super) fn texture_3d(
     context: &Context,
     label: &str,
     size: glam::UVec3,

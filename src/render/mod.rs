@@ -7,10 +7,10 @@ use crate::geometry::Placed;
 use crate::gpu::{self, ExactMesh, FrameTimes, GpuError, GpuSeconds, InFlight, Marched, OctreeVolume, Target};
 use crate::image::Image;
 use crate::mesh::{BoundarySurface, CompactMesh, ScalarField, TetMesh};
-use crate::octree::OctreeTexture;
+use crate::octree::{Activity, OctreeTexture};
 use crate::optics::Classifier;
 use crate::progress::{Cancelled, Progress};
-use crate::view::{RayFrame, RendererKind, View};
+use crate::view::{RayFrame, RendererKind, Skip, View};
 use glam::DVec3;
 use std::sync::Arc;
 use std::time::Instant;
@@ -202,6 +202,50 @@ impl Renderer {
             }
         }
         Ok(FrameTimes { gpu_s: None, intervals_s: None, wall_s })
+    }
+}
+
+impl Renderer {
+    /// Seconds that finding anew takes what of an octree the view's transfer function shows, each time of `repeats`: on the device by its
+    /// timestamps where there are any, else by the clock. `None` for the exact renderer, which skips nothing.
+    pub fn time_activity(&self, scene: &Scene, view: &View, repeats: u32) -> Result<Option<Vec<f64>>, RenderError> {
+        let Data::Octree { texture, volume, .. } = &scene.data else { return Ok(None) };
+        let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
+        if let (Some(gpu), Some(volume)) = (&self.gpu, volume) {
+            return Ok(Some(gpu.marcher.time_activity(&gpu.context, volume, &classifier, repeats)?));
+        }
+        let seen = classifier.table(texture.root_edge()).seen();
+        let once = |_| {
+            let start = Instant::now();
+            std::hint::black_box(Activity::new(texture, &seen));
+            start.elapsed().as_secs_f64()
+        };
+        Ok(Some((0..repeats).map(once).collect()))
+    }
+
+    /// Seconds by the clock of what the view's way to skip needs to be made anew when another transfer function shows other values. `None`
+    /// for the exact renderer.
+    pub fn time_preparation(&self, scene: &Scene, view: &View) -> Result<Option<f64>, RenderError> {
+        let Data::Octree { texture, volume, .. } = &scene.data else { return Ok(None) };
+        let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
+        if let (Some(gpu), Some(volume)) = (&self.gpu, volume) {
+            return Ok(Some(gpu.marcher.time_preparation(&gpu.context, volume, &classifier, &view.settings)?));
+        }
+        let start = Instant::now();
+        if view.settings.skip != Skip::None {
+            let activity = Activity::new(texture, &classifier.table(texture.root_edge()).seen());
+            if view.settings.skip == Skip::Half {
+                std::hint::black_box(activity.split(texture));
+            }
+        }
+        Ok(Some(start.elapsed().as_secs_f64()))
+    }
+
+    /// How many leaves of an octree the view's transfer function shows; `None` for the exact renderer.
+    pub fn active_leaves(&self, scene: &Scene, view: &View) -> Option<usize> {
+        let Data::Octree { texture, .. } = &scene.data else { return None };
+        let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
+        Some(Activity::new(texture, &classifier.table(texture.root_edge()).seen()).leaves())
     }
 }
 

@@ -4,9 +4,11 @@ mod builds;
 mod chart;
 mod error;
 mod frames;
+mod skipping;
 pub mod tune;
 
 pub use builds::{Build, BuildError, PaperTable, thresholds_for};
 pub use chart::{Chart, ChartError};
 pub use error::{ErrorFigures, ErrorSampling, FieldError};
 pub use frames::{Frames, orbit_frames};
+pub use skipping::{PaperSkipping, SkipFigures, compare_skipping, fixed_step};

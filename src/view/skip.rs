@@ -12,6 +12,9 @@ pub enum Skip {
     /// The march goes from active leaf to active leaf and leaps over whole subtrees without one.
     #[default]
     Octree,
+    /// Octree encoding (Kang 2012): blocks of 8^3 voxels with something active, packed into one 3D texture, are marched and all others leapt
+    /// over. With [`Steps::Fixed`](super::Steps) on the GPU; elsewhere this is [`Skip::Octree`].
+    Encoding,
     /// Half-splitting (Yu et al. 2016): a plane halves the volume; in each half a ray is marched from its first active leaf to its last.
     Half,
     /// A ray's own way through the cube is cut into so many equal parts, 1 to [`Skip::MAX_PARTS`]; in each it is marched from the first
@@ -31,18 +34,23 @@ pub enum Intervals {
 
 /// Why a text names no way to skip.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("expected none, bounds, octree, half, half=ray or k=N with N from 1 to {}", Skip::MAX_PARTS)]
+#[error("expected none, bounds, octree, encoding, half, half=ray or k=N with N from 1 to {}", Skip::MAX_PARTS)]
 pub struct NotASkip;
 
 impl Skip {
     /// A ray is cut into at most so many parts.
     pub const MAX_PARTS: u32 = 64;
 
+    /// Whether the march itself leaps over what is not active.
+    pub fn is_in_march(self) -> bool {
+        matches!(self, Skip::Octree | Skip::Encoding)
+    }
+
     /// Into how many parts rays are cut that are each marched from their first active leaf to the last; `None` where intervals play no
     /// part.
     pub fn parts(self) -> Option<u32> {
         match self {
-            Skip::None | Skip::Octree => None,
+            Skip::None | Skip::Octree | Skip::Encoding => None,
             Skip::Half => Some(2),
             Skip::Parts(parts) => Some(parts),
         }
@@ -54,6 +62,7 @@ impl fmt::Display for Skip {
         match self {
             Skip::None => f.write_str("none"),
             Skip::Octree => f.write_str("octree"),
+            Skip::Encoding => f.write_str("encoding"),
             Skip::Half => f.write_str("half"),
             Skip::Parts(1) => f.write_str("bounds"),
             Skip::Parts(2) => f.write_str("half=ray"),
@@ -69,6 +78,7 @@ impl FromStr for Skip {
         match text {
             "none" => Ok(Skip::None),
             "octree" => Ok(Skip::Octree),
+            "encoding" => Ok(Skip::Encoding),
             "half" => Ok(Skip::Half),
             "bounds" => Ok(Skip::Parts(1)),
             "half=ray" => Ok(Skip::Parts(2)),
@@ -86,7 +96,7 @@ mod tests {
 
     #[test]
     fn names_are_read_as_they_are_written() {
-        for skip in [Skip::None, Skip::Octree, Skip::Half, Skip::Parts(1), Skip::Parts(2), Skip::Parts(64)] {
+        for skip in [Skip::None, Skip::Octree, Skip::Encoding, Skip::Half, Skip::Parts(1), Skip::Parts(2), Skip::Parts(64)] {
             assert_eq!(skip.to_string().parse(), Ok(skip));
         }
         for text in ["", "k", "k=", "k=0", "k=65", "k=-1", "half=", "Half", "all"] {

@@ -1,0 +1,94 @@
+// Stage: march, one step everywhere, through an encoded volume (Kang 2012): the blocks of voxels that hold something active, packed into
+// one 3D texture, and an index that says where each of them is. src/gpu/encoded.rs says more.
+// #import shared/frame.wgsl
+// #import shared/ray.wgsl
+// #import shared/nodes
+// #import shared/descent.wgsl
+// #import shared/corners.wgsl
+// #import shared/surface.wgsl
+// #import shared/parts.wgsl
+// #import shared/spans.wgsl
+// #import shared/steps.wgsl
+// #import shared/classify.wgsl
+// #import shared/segment.wgsl
+// #import shared/light.wgsl
+// #import shared/output.wgsl
+
+// Cells along each axis of a block, which has one sample more.
+const BLOCK_CELLS: u32 = 8u;
+
+// 1 + the number of each block that is kept, 0 for those that were dropped.
+@group(0) @binding(19) var block_index: texture_3d<u32>;
+// The samples of the blocks that are kept.
+@group(0) @binding(20) var block_samples: texture_3d<f32>;
+
+// Lane i of a workgroup marches pixel (i mod tile, i / tile) of a square tile.
+override tile: u32 = 8u;
+
+// The block that the last sample fell into, 0 if it was dropped.
+var<private> block_here: u32;
+
+@compute @workgroup_size(tile, tile)
+fn main(@builtin(global_invocation_id) pixel: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    var light = dark();
+    var samples = 0u;
+    let ray = enter(pixel_ray(pixel.xy));
+    marched_to = 0.0;
+    if (ray.t_out > 0.0 && in_image(pixel.xy)) {
+        samples = march(ray, pixel.xy, &light);
+    }
+    write_pixel(pixel.xy, light);
+    count_samples(samples, lane);
+}
+
+// The cell of the grid in which the ray is at t.
+fn cell_here(ray: Ray, t: f32) -> vec3<u32> {
+    let cells = grid_cells();
+    return cell_at(ray, t, Cell(vec3<u32>(0u), cells), cells);
+}
+
+fn block_at(cell: vec3<u32>) -> u32 {
+    return textureLoad(block_index, cell / BLOCK_CELLS, 0).r;
+}
+
+fn sample_at(ray: Ray, t: f32, samples: ptr<function, u32>) -> f32 {
+    let cell = cell_here(ray, t);
+    block_here = block_at(cell);
+    *samples += 1u;
+    // A step begins or ends in a block that was dropped: what was there is seen in the other one only.
+    if (block_here == 0u) { return octree_sample(ray, t); }
+    let per_axis = textureDimensions(block_samples).x / (BLOCK_CELLS + 1u);
+    let number = block_here - 1u;
+    let place = vec3<u32>(number % per_axis, (number / per_axis) % per_axis, number / (per_axis * per_axis));
+    let lowest = place * (BLOCK_CELLS + 1u) + cell % BLOCK_CELLS;
+    let at = within(ray, t, Cell(cell, 1u), grid_cells());
+    let low = vec4<f32>(fetch(lowest, 0u), fetch(lowest, 1u), fetch(lowest, 2u), fetch(lowest, 3u));
+    let high = vec4<f32>(fetch(lowest, 4u), fetch(lowest, 5u), fetch(lowest, 6u), fetch(lowest, 7u));
+    return trilinear(Corners(low, high), at);
+}
+
+fn fetch(lowest: vec3<u32>, corner: u32) -> f32 {
+    return textureLoad(block_samples, lowest + vec3<u32>(corner & 1u, (corner >> 1u) & 1u, corner >> 2u), 0).r;
+}
+
+fn is_active_here() -> bool {
+    return block_here != 0u;
+}
+
+// The t, from t_begin on, at which the ray enters a block that was kept; FAR if there is none before t_end.
+fn next_active(ray: Ray, t_begin: f32, t_end: f32) -> f32 {
+    let cells = grid_cells();
+    var t = t_begin;
+    var at = cell_here(ray, t);
+    loop {
+        if (block_at(at) != 0u) { return t; }
+        let block = Cell(at / BLOCK_CELLS * BLOCK_CELLS, BLOCK_CELLS);
+        let leaving = exits(ray, block);
+        let t_exit = min(leaving.x, min(leaving.y, leaving.z));
+        if (t_exit >= t_end) { return FAR; }
+        at = step_out(ray, block, leaving, t_exit, cells);
+        if (any(at >= vec3<u32>(cells))) { return FAR; }
+        t = max(t, t_exit);
+    }
+    return FAR;
+}
