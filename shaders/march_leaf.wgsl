@@ -42,6 +42,13 @@ fn march_span(ray: Ray, inside: vec2<f32>, part: vec2<f32>, light: ptr<function,
     var at = cell_at(ray, t, Cell(vec3<u32>(0u), cells), cells);
     loop {
         let found = find(at);
+        if (skipping && found.word == EMPTY) {
+            leapt_to = at;
+            t = leap(ray, t, span.y);
+            if (t >= span.y) { return true; }
+            at = leapt_to;
+            continue;
+        }
         let leaving = exits(ray, found.cell);
         let t_exit = min(leaving.x, min(leaving.y, leaving.z));
         let t_next = max(min(t_exit, span.y), t);

@@ -2,7 +2,7 @@
 
 use octetra::gpu::layout::{Counter, Frame, Knot};
 use octetra::gpu::shader::{FILES, NodeStorage, source};
-use octetra::gpu::{BLOCK_CELLS, Placing};
+use octetra::gpu::{BLOCK_CELLS, CLEARANCE_BITS, Placing};
 use octetra::mesh::{adjacency, boundary};
 use octetra::{cpu, optics};
 use wgpu::naga::back::{PipelineConstants, pipeline_constants::process_overrides};
@@ -102,6 +102,7 @@ fn structs_mirror_their_shaders() {
 fn constants_have_one_value() {
     let constants: &[(&str, f64)] = &[
         ("BLOCK_CELLS", f64::from(BLOCK_CELLS)),
+        ("CLEARANCE_BITS", f64::from(CLEARANCE_BITS)),
         ("FAR", f64::from(cpu::FAR)),
         ("INDEX_SIZE", optics::INDEX_SIZE as f64),
         ("INTERIOR", f64::from(cpu::INTERIOR)),

@@ -88,14 +88,23 @@ fn entry(ray: Ray, cell: Cell) -> f32 {
 
 // t of the planes through which the ray leaves a cell, per axis.
 fn exits(ray: Ray, cell: Cell) -> vec3<f32> {
-    let high = vec3<f32>(select(cell.low, cell.low + cell.size, ray.direction >= vec3<f32>(0.0)));
-    return (high * frame.cell_edge - ray.origin) * ray.inverse;
+    return exits_of(ray, cell.low, cell.low + cell.size);
+}
+
+// The same of a box from its lowest cell to, not included, its highest.
+fn exits_of(ray: Ray, low: vec3<u32>, high: vec3<u32>) -> vec3<f32> {
+    let far = vec3<f32>(select(low, high, ray.direction >= vec3<f32>(0.0)));
+    return (far * frame.cell_edge - ray.origin) * ray.inverse;
 }
 
 // Coordinates of the finest cell beyond the face through which the ray leaves a cell; at `cells` or wrapped below 0 once outside.
 fn step_out(ray: Ray, cell: Cell, leaving: vec3<f32>, t: f32, cells: u32) -> vec3<u32> {
-    let inside = cell_at(ray, t, cell, cells);
-    let beyond = select(cell.low - 1u, cell.low + cell.size, ray.direction >= vec3<f32>(0.0));
+    return step_out_of(ray, cell.low, cell.low + cell.size, leaving, t, cells);
+}
+
+fn step_out_of(ray: Ray, low: vec3<u32>, high: vec3<u32>, leaving: vec3<f32>, t: f32, cells: u32) -> vec3<u32> {
+    let inside = clamp(cell_at(ray, t, Cell(vec3<u32>(0u), cells), cells), low, high - 1u);
+    let beyond = select(low - 1u, high, ray.direction >= vec3<f32>(0.0));
     if (leaving.x <= t) { return vec3<u32>(beyond.x, inside.y, inside.z); }
     if (leaving.y <= t) { return vec3<u32>(inside.x, beyond.y, inside.z); }
     return vec3<u32>(inside.x, inside.y, beyond.z);

@@ -272,6 +272,9 @@ pub struct ViewArgs {
     /// finest cell's edge]
     #[arg(long, value_name = "L_S", value_parser = parse_positive)]
     pub step: Option<f64>,
+    /// With --steps fixed on a GPU: sample a 3D texture of voxels, as fine as the octree's finest cells, in place of the octree
+    #[arg(long)]
+    pub voxels: bool,
     /// How to get past what the transfer function does not show: none, bounds (first to last active leaf), octree (from active leaf to
     /// active leaf), encoding (a compact texture of what is active, with --steps fixed), half (that in each half of the volume), half=ray (of each ray), k=N (in N parts of each ray)
     #[arg(long, value_name = "WAY", default_value = "octree", value_parser = Skip::from_str)]
@@ -337,6 +340,9 @@ impl ViewArgs {
         if self.skip == Skip::Encoding && !matches!(self.steps, StepsArg::Fixed) {
             bail!("--skip encoding marches voxels by one step; add --steps fixed");
         }
+        if self.voxels && !matches!(self.steps, StepsArg::Fixed) {
+            bail!("--voxels are marched by one step; add --steps fixed");
+        }
         Ok(())
     }
 
@@ -364,6 +370,7 @@ impl ViewArgs {
                 StepsArg::Fixed => Steps::Fixed,
             },
             step_world: self.step,
+            voxels: self.voxels,
             skip: self.skip,
             intervals: match self.intervals {
                 IntervalsArg::Compute => Intervals::Compute,

@@ -43,7 +43,7 @@ pub struct BenchCommand {
     #[arg(long, conflicts_with_all = ["depths", "nodes"])]
     presets: bool,
     /// Instead, ways to skip empty space against each other: the tables of Yu et al. 2016, for this mesh or volume
-    #[arg(long, conflicts_with_all = ["depths", "nodes", "presets", "steps", "step", "skip", "intervals"])]
+    #[arg(long, conflicts_with_all = ["depths", "nodes", "presets", "steps", "step", "voxels", "skip", "intervals"])]
     skip_table: bool,
     #[command(flatten)]
     volume: RawArgs,

@@ -60,11 +60,14 @@ pub fn run(mesh: &MeshArgs, volume: &RawArgs, octree: &OctreeArgs, view: &ViewAr
     writeln!(out, "what is active, found anew after a change of the transfer function: {:.3} ms", update_s * 1e3)?;
     let bench = Bench { renderer: &renderer, scene: &scene, bounds, view: &seen, repeats };
     for paper in PaperSkipping::ALL {
-        let title = format!("step {:.3} of the edge", paper.step);
-        let settings = fixed_step(seen.settings, paper.step * edge);
-        bench.table(&mut out, &title, settings, &WAYS, Some(&paper))?;
+        let title = format!("step {:.3} of the edge, through a texture of voxels as in the paper", paper.step);
+        bench.table(&mut out, &title, fixed_step(seen.settings, paper.step * edge, true), &WAYS, Some(&paper))?;
     }
     let ways: Vec<_> = WAYS.into_iter().filter(|(skip, _)| *skip != Skip::Encoding).collect();
+    for paper in PaperSkipping::ALL {
+        let title = format!("step {:.3} of the edge, through the octree", paper.step);
+        bench.table(&mut out, &title, fixed_step(seen.settings, paper.step * edge, false), &ways, None)?;
+    }
     bench.table(&mut out, "leaf by leaf", seen.settings, &ways, None)?;
     let [foot, teapot] = PaperSkipping::PREPROCESSING_MS;
     writeln!(

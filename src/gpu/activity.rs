@@ -1,15 +1,16 @@
 //! What of an octree a transfer function shows, found on the device: `shaders/activity.wgsl`, the twin of `octree::Activity`.
 
 use super::context::{Context, GpuError};
-use super::encoded::EncodedVolume;
-use super::march::{Marcher, copy_for_reading, init_buffer};
+use super::march::{Marcher, compute_pipeline, copy_for_reading, init_buffer, layout_of, nodes_type};
 use super::shader::{self, NodeStorage};
 use super::surface::storage_buffer;
 use super::timing::Timestamps;
 use super::volume::OctreeVolume;
+use super::voxels::VoxelTexture;
 use crate::octree::{ActiveBox, Activity, OctreeTexture, Split};
 use crate::optics::Classifier;
-use crate::view::{Intervals, RenderSettings, Skip, Steps};
+use crate::view::{Intervals, RenderSettings, Skip};
+use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
@@ -19,6 +20,8 @@ const LANES: u32 = 64;
 const ROW_GROUPS: u32 = 65_535;
 /// Bytes between the uniforms of two levels: the largest alignment that an adapter may ask for.
 const LEVEL_STRIDE: u64 = 256;
+/// Bits of a coordinate of the grid of clearances, or the octree's levels if those are fewer. The twin of `shaders/shared/clearance.wgsl`.
+pub const CLEARANCE_BITS: u32 = 6;
 /// No box is larger than a cell of this depth, so that those of one draw are of much the same size.
 const LEAST_BOX_DEPTH: u8 = 4;
 
@@ -27,7 +30,13 @@ const LEAST_BOX_DEPTH: u8 = 4;
 pub(super) struct DeviceActivity {
     /// One word a block.
     pub masks: wgpu::Buffer,
-    /// First block and number of blocks of each level, [`LEVEL_STRIDE`] apart.
+    /// How far around each cell of a coarse grid nothing is active, one word a cell.
+    pub clearance: wgpu::Buffer,
+    /// Clearances on their way.
+    half_done: wgpu::Buffer,
+    /// Bits of a coordinate of that grid.
+    grid_bits: u32,
+    /// First block and number of blocks of each level, and after them the bits of the coarse grid, [`LEVEL_STRIDE`] apart.
     levels: wgpu::Buffer,
     level_blocks: Vec<u32>,
     shown: Mutex<Shown>,
@@ -41,7 +50,7 @@ struct Shown {
     host: Option<Activity>,
     split: Option<Split>,
     boxes: Option<Boxes>,
-    encoded: Option<EncodedVolume>,
+    encoded: Option<VoxelTexture>,
 }
 
 /// What a march wants of what is active, besides the masks.
@@ -49,6 +58,7 @@ struct Shown {
 pub(super) struct Wants {
     pub split: bool,
     pub boxes: bool,
+    pub voxels: bool,
     pub encoded: bool,
 }
 
@@ -58,7 +68,8 @@ impl Wants {
         Wants {
             split: settings.skip == Skip::Half,
             boxes: settings.skip.parts().is_some() && settings.intervals == Intervals::Raster,
-            encoded: settings.skip == Skip::Encoding && settings.steps == Steps::Fixed,
+            voxels: settings.is_through_voxels() && settings.skip != Skip::Encoding,
+            encoded: settings.is_through_voxels() && settings.skip == Skip::Encoding,
         }
     }
 }
@@ -68,7 +79,7 @@ impl Wants {
 pub(super) struct Given {
     pub split: Option<Split>,
     pub boxes: Option<Boxes>,
-    pub encoded: Option<EncodedVolume>,
+    pub voxels: Option<VoxelTexture>,
 }
 
 /// Boxes of all that is active, on the device.
@@ -90,7 +101,9 @@ impl DeviceActivity {
     /// Room for the masks of a texture.
     pub fn new(context: &Context, texture: &OctreeTexture) -> Result<Self, GpuError> {
         let level_blocks = texture.level_blocks().to_vec();
-        let mut levels = vec![0u8; (LEVEL_STRIDE as usize * level_blocks.len()).max(8)];
+        let grid_bits = u32::from(texture.depth()).min(CLEARANCE_BITS);
+        let mut levels = vec![0u8; LEVEL_STRIDE as usize * level_blocks.len() + 8];
+        levels[LEVEL_STRIDE as usize * level_blocks.len()..].copy_from_slice(bytemuck::bytes_of(&[grid_bits, 0]));
         let mut first = 0;
         for (&count, bytes) in level_blocks.iter().zip(levels.chunks_mut(LEVEL_STRIDE as usize)) {
             bytes[..8].copy_from_slice(bytemuck::bytes_of(&[first, count]));
@@ -103,35 +116,45 @@ impl DeviceActivity {
         context.check_limit(what, size, "max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size)?;
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let masks = wgpu::BufferDescriptor { label: Some("activity"), size, usage, mapped_at_creation: false };
+        let grid = wgpu::BufferDescriptor { label: Some("clearance"), size: 4 << (3 * grid_bits), ..masks.clone() };
         context.scoped(|| DeviceActivity {
             masks: context.device.create_buffer(&masks),
+            clearance: context.device.create_buffer(&grid),
+            half_done: context.device.create_buffer(&grid),
+            grid_bits,
             levels: init_buffer(&context.device, "levels", &levels, wgpu::BufferUsages::UNIFORM),
             level_blocks,
             shown: Mutex::default(),
         })
     }
 
-    /// Bytes of the masks.
+    /// Bytes of masks and clearances.
     pub fn bytes(&self) -> u64 {
-        self.masks.size()
+        self.masks.size() + 2 * self.clearance.size()
     }
 }
 
 /// The pipelines that find what is active.
 #[derive(Debug)]
 pub(super) struct ActivityPass {
-    /// By storage and by whether leaves have samples at their corners.
-    pipelines: [[wgpu::ComputePipeline; 2]; 2],
     layouts: [wgpu::BindGroupLayout; 2],
+    /// By storage and by whether leaves have samples at their corners; each is made when it is first needed.
+    pipelines: Mutex<HashMap<(NodeStorage, bool), Pipelines>>,
+}
+
+/// Those of one form of volume.
+#[derive(Debug, Clone)]
+struct Pipelines {
+    level: wgpu::ComputePipeline,
+    /// What is occupied of the coarse grid, and clearances along x, y, z.
+    grid: [wgpu::ComputePipeline; 4],
 }
 
 impl ActivityPass {
-    /// Compiles the shader in all its forms.
+    /// Nothing is compiled yet.
     pub fn new(device: &wgpu::Device) -> Self {
-        let storages = [NodeStorage::Buffer, NodeStorage::Texture];
-        let layouts = storages.map(|storage| layout(device, storage));
-        let pipelines = [0, 1].map(|i| [false, true].map(|continuous| pipeline(device, &layouts[i], storages[i], continuous)));
-        ActivityPass { pipelines, layouts }
+        let layouts = [NodeStorage::Buffer, NodeStorage::Texture].map(|storage| layout(device, storage));
+        ActivityPass { layouts, pipelines: Mutex::default() }
     }
 
     /// Sees to it that the masks of a volume are those of the values in `seen` for all work that is submitted from now on. What is asked
@@ -145,6 +168,9 @@ impl ActivityPass {
         }
         let texture = &volume.texture;
         let mut given = Given::default();
+        if wants.voxels {
+            given.voxels = Some(volume.voxels(context)?);
+        }
         if !(wants.split || wants.boxes || wants.encoded) {
             return Ok(given);
         }
@@ -162,9 +188,9 @@ impl ActivityPass {
         if wants.encoded {
             let encoded = match shown.encoded.take() {
                 Some(encoded) => encoded,
-                None => EncodedVolume::new(context, texture, activity)?,
+                None => VoxelTexture::encoded(context, texture, activity)?,
             };
-            given.encoded = Some(shown.encoded.insert(encoded).clone());
+            given.voxels = Some(shown.encoded.insert(encoded).clone());
         }
         Ok(given)
     }
@@ -192,6 +218,8 @@ impl ActivityPass {
                 (2, seen.as_entire_binding()),
                 (7, bricks),
                 (15, activity.masks.as_entire_binding()),
+                (21, activity.clearance.as_entire_binding()),
+                (22, activity.half_done.as_entire_binding()),
             ];
             let entries = bindings.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
             let layout = &self.layouts[storage];
@@ -199,11 +227,17 @@ impl ActivityPass {
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let timestamp_writes = timestamps.map(|t| t.compute(true, true));
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("activity"), timestamp_writes });
-            pass.set_pipeline(&self.pipelines[storage][usize::from(volume.continuous)]);
+            let pipelines = self.pipelines(device, volume.storage(), volume.continuous);
+            pass.set_pipeline(&pipelines.level);
             for (level, &blocks) in activity.level_blocks.iter().enumerate().rev() {
                 pass.set_bind_group(0, &bind_group, &[level as u32 * LEVEL_STRIDE as u32]);
                 let groups = blocks.div_ceil(LANES);
                 pass.dispatch_workgroups(groups.min(ROW_GROUPS), groups.div_ceil(ROW_GROUPS), 1);
+            }
+            pass.set_bind_group(0, &bind_group, &[activity.level_blocks.len() as u32 * LEVEL_STRIDE as u32]);
+            for pipeline in &pipelines.grid {
+                pass.set_pipeline(pipeline);
+                pass.dispatch_workgroups((1u32 << (3 * activity.grid_bits)).div_ceil(LANES), 1, 1);
             }
             drop(pass);
             if let Some(timestamps) = timestamps {
@@ -217,17 +251,27 @@ impl ActivityPass {
 fn layout(device: &wgpu::Device, storage: NodeStorage) -> wgpu::BindGroupLayout {
     let buffer = |ty, has_dynamic_offset| wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None };
     let read = buffer(wgpu::BufferBindingType::Storage { read_only: true }, false);
-    let nodes = super::march::nodes_type(storage);
-    let masks = buffer(wgpu::BufferBindingType::Storage { read_only: false }, false);
-    // level, nodes, seen, bricks, activity.
-    let types = [(0, buffer(wgpu::BufferBindingType::Uniform, true)), (1, nodes), (2, read), (7, nodes), (15, masks)];
-    super::march::layout_of("activity", device, wgpu::ShaderStages::COMPUTE, &types)
+    let nodes = nodes_type(storage);
+    let write = buffer(wgpu::BufferBindingType::Storage { read_only: false }, false);
+    let level = buffer(wgpu::BufferBindingType::Uniform, true);
+    // level, nodes, seen, bricks, activity, clearance, half_done.
+    let types = [(0, level), (1, nodes), (2, read), (7, nodes), (15, write), (21, write), (22, write)];
+    layout_of("activity", device, wgpu::ShaderStages::COMPUTE, &types)
 }
 
-fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, storage: NodeStorage, continuous: bool) -> wgpu::ComputePipeline {
-    let row = f64::from(LANES * ROW_GROUPS);
-    let constants = [("lanes", f64::from(LANES)), ("row", row), ("continuous", f64::from(u8::from(continuous)))];
-    super::march::compute_pipeline(device, layout, &shader::source("activity.wgsl", storage), "activity.wgsl", "main", &constants)
+impl ActivityPass {
+    fn pipelines(&self, device: &wgpu::Device, storage: NodeStorage, continuous: bool) -> Pipelines {
+        let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        let make = || {
+            let row = f64::from(LANES * ROW_GROUPS);
+            let constants = [("lanes", f64::from(LANES)), ("row", row), ("continuous", f64::from(u8::from(continuous)))];
+            let source = shader::source("activity.wgsl", storage);
+            let layout = &self.layouts[storage as usize];
+            let pipeline = |entry: &str| compute_pipeline(device, layout, &source, "activity.wgsl", entry, &constants);
+            Pipelines { level: pipeline("main"), grid: ["occupy", "widen_x", "widen_y", "widen_z"].map(pipeline) }
+        };
+        pipelines.entry((storage, continuous)).or_insert_with(make).clone()
+    }
 }
 
 impl Marcher {

@@ -76,8 +76,8 @@ impl IntervalPass {
         let write = buffer(wgpu::BufferBindingType::Storage { read_only: false });
         let uniform = buffer(wgpu::BufferBindingType::Uniform);
         let layouts = [NodeStorage::Buffer, NodeStorage::Texture].map(|storage| {
-            // frame, nodes, activity, part_words.
-            let types = [(0, uniform), (1, nodes_type(storage)), (15, read), (16, write)];
+            // frame, nodes, activity, part_words, clearance.
+            let types = [(0, uniform), (1, nodes_type(storage)), (15, read), (16, write), (21, read)];
             layout_of("intervals", device, wgpu::ShaderStages::COMPUTE, &types)
         });
         // Vertex shaders may not write, and all of these are seen by both stages but the words.
@@ -144,6 +144,7 @@ impl IntervalPass {
             (1, volume.node_bindings()[0].clone()),
             (15, volume.activity.masks.as_entire_binding()),
             (16, words.buffer.as_entire_binding()),
+            (21, volume.activity.clearance.as_entire_binding()),
         ];
         let entries = bindings.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
         let layout = &self.layouts[volume.storage() as usize];

@@ -49,7 +49,7 @@ pub enum Marched<'a> {
 /// What a pipeline is made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Variant {
-    Octree { steps: Steps, storage: NodeStorage, continuous: bool, clipped: bool, skip: Skip },
+    Octree { steps: Steps, storage: NodeStorage, continuous: bool, clipped: bool, voxels: bool, skip: Skip },
     Exact { on_cells: bool },
 }
 
@@ -81,6 +81,7 @@ impl<'a> Marched<'a> {
                 storage: volume.storage(),
                 continuous: volume.continuous,
                 clipped: volume.clipped,
+                voxels: settings.is_through_voxels(),
                 skip: match settings.skip {
                     Skip::Encoding if settings.steps != Steps::Fixed => Skip::Octree,
                     // What a ray is cut into is all that matters to the march.
@@ -98,7 +99,10 @@ impl<'a> Marched<'a> {
                 let [nodes, bricks] = volume.node_bindings();
                 let masks = volume.activity.masks.as_entire_binding();
                 let surface = (GpuSurface::FIRST_BINDING..).zip(volume.surface.bindings());
-                [(1, nodes), (7, bricks), (15, masks)].into_iter().chain(surface).collect()
+                [(1, nodes), (7, bricks), (15, masks), (21, volume.activity.clearance.as_entire_binding())]
+                    .into_iter()
+                    .chain(surface)
+                    .collect()
             }
             Marched::Exact(mesh) => mesh.bindings(),
         }
@@ -131,7 +135,7 @@ impl Marcher {
     /// Makes what all frames share; shaders are compiled when they are first needed.
     pub fn new(context: &Context) -> Result<Self, GpuError> {
         context.scoped(|| Marcher {
-            layouts: [Data::Buffer, Data::Texture, Data::Exact, Data::EncodedBuffer, Data::EncodedTexture]
+            layouts: [Data::Buffer, Data::Texture, Data::Exact, Data::BufferAndVoxels, Data::TextureAndVoxels]
                 .map(|data| layout(&context.device, data)),
             pipelines: Mutex::default(),
             activity: ActivityPass::new(&context.device),
@@ -180,7 +184,7 @@ impl Marcher {
         let table = classifier.table(cube_edge);
         let variant = volume.variant(settings);
         let (mut given, mut words) = (Given::default(), None);
-        if let (Marched::Octree(volume), true) = (volume, settings.skip != Skip::None) {
+        if let (Marched::Octree(volume), true) = (volume, settings.skip != Skip::None || settings.is_through_voxels()) {
             let parts = settings.skip.parts();
             given = self.activity.show(context, volume, table.seen(), Wants::of(settings))?;
             words = parts.map(|parts| self.intervals.words(context, target.size(), parts)).transpose()?;
@@ -214,9 +218,9 @@ impl Marcher {
                 let unread = &octree.activity.masks;
                 bindings.push((16, words.as_ref().map_or(unread, |words: &PartWords| &words.buffer).as_entire_binding()));
             }
-            if let Some(encoded) = &given.encoded {
-                bindings.extend([(19, wgpu::BindingResource::TextureView(&encoded.index))]);
-                bindings.extend([(20, wgpu::BindingResource::TextureView(&encoded.samples))]);
+            if let Some(voxels) = &given.voxels {
+                bindings.extend([(19, wgpu::BindingResource::TextureView(&voxels.index))]);
+                bindings.extend([(20, wgpu::BindingResource::TextureView(&voxels.samples))]);
             }
             let entries: Vec<_> = bindings.into_iter().map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
             let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("march"), layout, entries: &entries });
@@ -267,8 +271,8 @@ impl Marcher {
 impl Marcher {
     fn layout(&self, variant: Variant) -> &wgpu::BindGroupLayout {
         &self.layouts[match variant {
-            Variant::Octree { storage: NodeStorage::Buffer, skip: Skip::Encoding, .. } => Data::EncodedBuffer,
-            Variant::Octree { storage: NodeStorage::Texture, skip: Skip::Encoding, .. } => Data::EncodedTexture,
+            Variant::Octree { storage: NodeStorage::Buffer, voxels: true, .. } => Data::BufferAndVoxels,
+            Variant::Octree { storage: NodeStorage::Texture, voxels: true, .. } => Data::TextureAndVoxels,
             Variant::Octree { storage: NodeStorage::Buffer, .. } => Data::Buffer,
             Variant::Octree { storage: NodeStorage::Texture, .. } => Data::Texture,
             Variant::Exact { .. } => Data::Exact,
@@ -287,8 +291,8 @@ enum Data {
     Buffer,
     Texture,
     Exact,
-    EncodedBuffer,
-    EncodedTexture,
+    BufferAndVoxels,
+    TextureAndVoxels,
 }
 
 fn layout(device: &wgpu::Device, data: Data) -> wgpu::BindGroupLayout {
@@ -303,17 +307,17 @@ fn layout(device: &wgpu::Device, data: Data) -> wgpu::BindGroupLayout {
     // frame, knots, knot_index, psi_table, image, counter, surface_nodes, surface_faces, surface_vertices.
     let frame = buffer(wgpu::BufferBindingType::Uniform);
     let mut types = vec![(0, frame), (2, read), (3, read), (4, read), (5, image), (6, counter), (8, read), (9, read), (10, read)];
-    // nodes, bricks, activity, part_words.
-    let octree = |storage| vec![(1, nodes_type(storage)), (7, nodes_type(storage)), (15, read), (16, read)];
+    // nodes, bricks, activity, part_words, clearance.
+    let octree = |storage| vec![(1, nodes_type(storage)), (7, nodes_type(storage)), (15, read), (16, read), (21, read)];
     types.extend(match data {
         Data::Buffer => octree(NodeStorage::Buffer),
         Data::Texture => octree(NodeStorage::Texture),
-        Data::EncodedBuffer => octree(NodeStorage::Buffer),
-        Data::EncodedTexture => octree(NodeStorage::Texture),
+        Data::BufferAndVoxels => octree(NodeStorage::Buffer),
+        Data::TextureAndVoxels => octree(NodeStorage::Texture),
         // neighbours, tet_points, vertices, cell_values.
         Data::Exact => vec![(11, read), (12, read), (13, read), (14, read)],
     });
-    if matches!(data, Data::EncodedBuffer | Data::EncodedTexture) {
+    if matches!(data, Data::BufferAndVoxels | Data::TextureAndVoxels) {
         // block_index, block_samples.
         let sample_types = [wgpu::TextureSampleType::Uint, wgpu::TextureSampleType::Float { filterable: false }];
         let texture =
@@ -355,13 +359,16 @@ fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, variant: Vari
     let flag = |set: bool| f64::from(u8::from(set));
     let mut constants = vec![("tile", f64::from(TILE))];
     let (stage, storage) = match variant {
-        Variant::Octree { steps, storage, continuous, clipped, skip } => {
+        Variant::Octree { steps, storage, continuous, clipped, voxels, skip } => {
             constants.extend([("continuous", flag(continuous)), ("clipped", flag(clipped)), ("skipping", flag(skip.is_in_march()))]);
             constants.push(("parts", f64::from(skip.parts().unwrap_or(0))));
+            if voxels {
+                constants.push(("encoded", flag(skip == Skip::Encoding)));
+            }
             let stage = match steps {
                 Steps::Leaf => "march_leaf.wgsl",
                 Steps::Paper => "march_paper.wgsl",
-                Steps::Fixed if skip == Skip::Encoding => "march_encoded.wgsl",
+                Steps::Fixed if voxels => "march_voxels.wgsl",
                 Steps::Fixed => "march_fixed.wgsl",
             };
             (stage, storage)

@@ -5,7 +5,6 @@
 
 mod activity;
 mod context;
-mod encoded;
 mod exact_mesh;
 mod in_flight;
 mod intervals;
@@ -16,9 +15,10 @@ mod surface;
 mod target;
 mod timing;
 mod volume;
+mod voxels;
 
+pub use activity::CLEARANCE_BITS;
 pub use context::{Context, GpuError, device_descriptor};
-pub use encoded::BLOCK_CELLS;
 pub use exact_mesh::ExactMesh;
 pub use in_flight::{FrameTime, InFlight};
 pub use intervals::Placing;
@@ -27,3 +27,4 @@ pub use surface::GpuSurface;
 pub use target::Target;
 pub use timing::FrameTimes;
 pub use volume::OctreeVolume;
+pub use voxels::BLOCK_CELLS;

@@ -4,10 +4,11 @@ use super::activity::DeviceActivity;
 use super::context::{Context, GpuError};
 use super::shader::NodeStorage;
 use super::surface::{GpuSurface, storage_buffer};
+use super::voxels::VoxelTexture;
 use crate::mesh::BoundarySurface;
 use crate::octree::{BRICK_WORDS, Brick, Node, OctreeTexture, Reconstruction};
 use glam::DVec3;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// An octree texture on the device, ready to be marched.
 ///
@@ -20,6 +21,8 @@ pub struct OctreeVolume {
     pub(super) texture: Arc<OctreeTexture>,
     pub(super) nodes: Nodes,
     pub(super) activity: DeviceActivity,
+    /// Made when it is first asked for.
+    voxels: Mutex<Option<VoxelTexture>>,
     pub(super) continuous: bool,
     /// Where rays enter and leave the mesh. Without it `clipped` is false, and nothing but a place to bind is here.
     pub(super) surface: GpuSurface,
@@ -63,6 +66,7 @@ impl OctreeVolume {
         Ok(OctreeVolume {
             activity: DeviceActivity::new(context, texture)?,
             texture: texture.clone(),
+            voxels: Mutex::default(),
             nodes,
             continuous,
             surface: GpuSurface::upload(context, surface.unwrap_or(&nothing))?,
@@ -87,6 +91,16 @@ impl OctreeVolume {
     /// Bytes on the device of what says which nodes are active: 4 a block.
     pub fn activity_bytes(&self) -> u64 {
         self.activity.bytes()
+    }
+
+    /// The octree's field as a texture of voxels, made and copied to the device when it is first asked for.
+    pub(super) fn voxels(&self, context: &Context) -> Result<VoxelTexture, GpuError> {
+        let mut voxels = self.voxels.lock().unwrap_or_else(PoisonError::into_inner);
+        let made = match voxels.take() {
+            Some(made) => made,
+            None => VoxelTexture::dense(context, &self.texture)?,
+        };
+        Ok(voxels.insert(made).clone())
     }
 
     /// Nodes and bricks as shaders bind them.

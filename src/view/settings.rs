@@ -38,6 +38,9 @@ pub struct RenderSettings {
     /// The initial step L_s at depth 1 in world units; `None` is half the root's edge. Depth d has `L_s / 2^(d-1)`. With
     /// [`Steps::Fixed`] the step itself; `None` is the edge of the finest cell.
     pub step_world: Option<f64>,
+    /// With [`Steps::Fixed`], whether a GPU samples a 3D texture of voxels, as fine as the octree's finest cells, in place of the octree. The
+    /// field is the same.
+    pub voxels: bool,
     /// What of a ray is marched.
     pub skip: Skip,
     /// Where the intervals come from that some ways to skip need.
@@ -47,6 +50,11 @@ pub struct RenderSettings {
 }
 
 impl RenderSettings {
+    /// Whether a GPU samples voxels: they are asked for, or blocks of them are, and steps are of one length.
+    pub fn is_through_voxels(&self) -> bool {
+        self.steps == Steps::Fixed && (self.voxels || self.skip == Skip::Encoding)
+    }
+
     /// The step in edges of a root cube of edge `root_edge` (world units) with `depth` levels: L_s, or the step itself.
     pub fn step_in_cubes(&self, root_edge: f64, depth: u8) -> f32 {
         let default = if self.steps == Steps::Fixed { (-f64::from(depth)).exp2() } else { 0.5 };
@@ -61,6 +69,7 @@ impl RenderSettings {
             renderer: RendererKind::default(),
             steps: Steps::default(),
             step_world: None,
+            voxels: false,
             skip: Skip::default(),
             intervals: Intervals::default(),
             min_transmittance: 1.0 / 4096.0,
