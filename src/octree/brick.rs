@@ -25,6 +25,15 @@ const VALUE_MAX: f32 = 131_071.0;
 #[repr(transparent)]
 pub struct Brick(pub [u32; BRICK_WORDS]);
 
+/// The 17-bit number nearest to a sample that is clamped to [0, 1]; of two the larger.
+#[inline]
+pub(super) fn fixed(sample: f32) -> u32 {
+    // What `round` does, without a call.
+    let scaled = sample.clamp(0.0, 1.0) * VALUE_MAX;
+    let whole = scaled as i32;
+    (whole + i32::from(scaled - whole as f32 >= 0.5)) as u32
+}
+
 /// The number of a lattice point.
 #[inline]
 pub const fn lattice_index(x: u32, y: u32, z: u32) -> usize {
@@ -49,7 +58,7 @@ impl Brick {
     pub fn encode(samples: &[f32; LATTICE]) -> Self {
         let mut words = [0; BRICK_WORDS];
         for (i, sample) in samples.iter().enumerate() {
-            let number = (sample.clamp(0.0, 1.0) * VALUE_MAX).round() as u32;
+            let number = fixed(*sample);
             words[i / 2] |= (number >> 1) << (16 * (i % 2));
             words[BRICK_WORDS - 1] |= (number & 1) << i;
         }
@@ -59,8 +68,35 @@ impl Brick {
     /// Sample `i`, normalised, in [0, 1].
     #[inline]
     pub fn get(&self, i: usize) -> f32 {
+        self.number(i) as f32 * (1.0 / VALUE_MAX)
+    }
+
+    /// Sample `i` as the 17-bit number that is kept.
+    #[inline]
+    pub(super) fn number(&self, i: usize) -> u32 {
         let high = self.0[i / 2] >> (16 * (i % 2)) & 0xffff;
-        (high << 1 | self.0[BRICK_WORDS - 1] >> i & 1) as f32 * (1.0 / VALUE_MAX)
+        high << 1 | self.0[BRICK_WORDS - 1] >> i & 1
+    }
+
+    /// Replaces the number of sample `i`.
+    #[inline]
+    pub(super) fn set_number(&mut self, i: usize, number: u32) {
+        let shift = 16 * (i % 2);
+        self.0[i / 2] = self.0[i / 2] & !(0xffff << shift) | (number >> 1) << shift;
+        self.0[BRICK_WORDS - 1] = self.0[BRICK_WORDS - 1] & !(1 << i) | (number & 1) << i;
+    }
+
+    /// The smallest and the largest sample at the corners of each child.
+    pub(super) fn extremes(&self) -> [[f32; 2]; 8] {
+        let numbers: [u32; LATTICE] = std::array::from_fn(|i| self.number(i));
+        // Along z, then y, then x: what neighbouring children share is looked at once.
+        let ends = |pick: fn(u32, u32) -> u32| -> [u32; 8] {
+            let z: [u32; 18] = std::array::from_fn(|i| pick(numbers[i], numbers[i + 9]));
+            let y: [u32; 12] = std::array::from_fn(|i| pick(z[i + i / 6 * 3], z[i + i / 6 * 3 + 3]));
+            std::array::from_fn(|i| pick(y[i + i / 2], y[i + i / 2 + 1]))
+        };
+        let (low, high) = (ends(u32::min), ends(u32::max));
+        std::array::from_fn(|i| [low[i] as f32 * (1.0 / VALUE_MAX), high[i] as f32 * (1.0 / VALUE_MAX)])
     }
 
     /// The samples at the corners of child `i`, corner `k = x + 2 y + 4 z`.

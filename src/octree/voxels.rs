@@ -93,6 +93,19 @@ impl<'a, V: Voxel> Voxels<'a, V> {
         self.normalize(self.values[self.index(point)])
     }
 
+    /// Copies the normalised values from a point on along x.
+    #[inline(always)]
+    pub fn copy_row(&self, first: [usize; 3], to: &mut [f32]) {
+        let start = self.index(first);
+        if self.strides[0] == 1 {
+            let from = &self.values[start..start + to.len()];
+            to.iter_mut().zip(from).for_each(|(to, &value)| *to = self.normalize(value));
+        } else {
+            let place = |x: usize| (start as isize + x as isize * self.strides[0]) as usize;
+            to.iter_mut().enumerate().for_each(|(x, to)| *to = self.normalize(self.values[place(x)]));
+        }
+    }
+
     #[inline(always)]
     fn normalize(&self, value: V) -> f32 {
         ((value.to_f64() - self.low) * self.scale) as f32
