@@ -56,11 +56,16 @@ pub const fn corner_of_child(i: u32, k: u32) -> usize {
 impl Brick {
     /// Encodes samples, clamped to [0, 1].
     pub fn encode(samples: &[f32; LATTICE]) -> Self {
+        let mut numbers = [0; 2 * BRICK_WORDS - 2];
+        for i in 0..LATTICE {
+            numbers[i] = fixed(samples[i]);
+        }
         let mut words = [0; BRICK_WORDS];
-        for (i, sample) in samples.iter().enumerate() {
-            let number = fixed(*sample);
-            words[i / 2] |= (number >> 1) << (16 * (i % 2));
-            words[BRICK_WORDS - 1] |= (number & 1) << i;
+        for w in 0..BRICK_WORDS - 1 {
+            words[w] = numbers[2 * w] >> 1 | (numbers[2 * w + 1] >> 1) << 16;
+        }
+        for i in 0..LATTICE {
+            words[BRICK_WORDS - 1] |= (numbers[i] & 1) << i;
         }
         Brick(words)
     }
@@ -88,15 +93,26 @@ impl Brick {
 
     /// The smallest and the largest sample at the corners of each child.
     pub(super) fn extremes(&self) -> [[f32; 2]; 8] {
-        let numbers: [u32; LATTICE] = std::array::from_fn(|i| self.number(i));
-        // Along z, then y, then x: what neighbouring children share is looked at once.
-        let ends = |pick: fn(u32, u32) -> u32| -> [u32; 8] {
-            let z: [u32; 18] = std::array::from_fn(|i| pick(numbers[i], numbers[i + 9]));
-            let y: [u32; 12] = std::array::from_fn(|i| pick(z[i + i / 6 * 3], z[i + i / 6 * 3 + 3]));
-            std::array::from_fn(|i| pick(y[i + i / 2], y[i + i / 2 + 1]))
-        };
-        let (low, high) = (ends(u32::min), ends(u32::max));
-        std::array::from_fn(|i| [low[i] as f32 * (1.0 / VALUE_MAX), high[i] as f32 * (1.0 / VALUE_MAX)])
+        let mut numbers = [0; LATTICE];
+        for i in 0..LATTICE {
+            numbers[i] = self.number(i);
+        }
+        let mut extremes = [[0.0; 2]; 8];
+        for end in 0..2 {
+            let pick = |a: u32, b: u32| if (a < b) == (end == 0) { a } else { b };
+            // Along z, then y, then x: what neighbouring children share is looked at once.
+            let (mut z, mut y) = ([0; 18], [0; 12]);
+            for i in 0..18 {
+                z[i] = pick(numbers[i], numbers[i + 9]);
+            }
+            for i in 0..12 {
+                y[i] = pick(z[i + i / 6 * 3], z[i + i / 6 * 3 + 3]);
+            }
+            for i in 0..8 {
+                extremes[i][end] = pick(y[i + i / 2], y[i + i / 2 + 1]) as f32 * (1.0 / VALUE_MAX);
+            }
+        }
+        extremes
     }
 
     /// The samples at the corners of child `i`, corner `k = x + 2 y + 4 z`.
@@ -134,6 +150,33 @@ mod tests {
         let ends: [f32; LATTICE] = std::array::from_fn(|i| if i % 2 == 0 { 1.5 } else { -1.0 });
         assert_eq!((Brick::encode(&ends).get(4), Brick::encode(&ends).get(5)), (1.0, 0.0), "clamped");
         assert_eq!(size_of::<Brick>(), 60);
+    }
+
+    #[test]
+    fn numbers_are_rounded_and_replaced_alone() {
+        for sample in (0..200_000).map(|i| i as f32 * 5.1e-6 - 0.01).chain([0.499_999_97 / VALUE_MAX, 0.5 / VALUE_MAX, f32::NAN]) {
+            assert_eq!(fixed(sample), (sample.clamp(0.0, 1.0) * VALUE_MAX).round() as u32, "{sample}");
+        }
+        let samples: [f32; LATTICE] = std::array::from_fn(|i| (i as f32 * 0.381_966) % 1.0);
+        for i in 0..LATTICE {
+            for number in [0, 1, 0xffff, 0x10000, 0x1ffff] {
+                let mut brick = Brick::encode(&samples);
+                brick.set_number(i, number);
+                for k in 0..LATTICE {
+                    assert_eq!(brick.number(k), if k == i { number } else { fixed(samples[k]) }, "{k} after {number} at {i}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn extremes_are_those_of_the_corners() {
+        let brick = Brick::encode(&std::array::from_fn(|i| (i as f32 * 0.381_966) % 1.0));
+        for (i, [low, high]) in brick.extremes().into_iter().enumerate() {
+            let corners = brick.corners(i as u32);
+            assert_eq!(low, corners.into_iter().fold(1.0, f32::min), "child {i}");
+            assert_eq!(high, corners.into_iter().fold(0.0, f32::max), "child {i}");
+        }
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Regularization of a regular volume: the stages of [`super::regularize`] with points for vertices, and an error that is not estimated.
 
 use super::brick::{Brick, LATTICE, corner_of_child, lattice_point, offset, trilinear};
-use super::regularize::{Cell, MAX_BLOCKS, allowed_error};
 use super::patch::{Look, PATCH_STEPS, Patch};
+use super::regularize::{Cell, MAX_BLOCKS, allowed_error};
 use super::resolve::resolve;
 use super::voxels::{Between, Bounds, NOTHING, Voxels, point_from, snap};
 use super::{Boundary, Level, Octree, OctreeParams, Reconstruction, RegularizeError, Unmet};
@@ -186,7 +186,8 @@ impl<'a, V: Voxel> Work<'a, V> {
         let mut cells = vec![Cell::ROOT];
         for _ in 0..PARALLEL_DEPTH {
             let children: Vec<Cell> = cells.iter().flat_map(|cell| (0..8).map(|i| cell.child(i))).collect();
-            let found: Vec<Found> = children.par_iter().map_init(Scratch::default, |scratch, &cell| self.classify(cell, None, scratch)).collect();
+            let found: Vec<Found> =
+                children.par_iter().map_init(Scratch::default, |scratch, &cell| self.classify(cell, None, scratch)).collect();
             let mut level = Level::default();
             for (cell, found) in cells.iter().zip(found.chunks(8)) {
                 push_block(&mut level, found, self.brick(*cell));
@@ -208,7 +209,7 @@ impl<'a, V: Voxel> Work<'a, V> {
             Ok(levels)
         };
         let grown: Vec<Vec<Level>> = cells.par_iter().with_max_len(1).map_init(Scratch::default, grow).collect::<Result<_, _>>()?;
-        levels.extend(joined(grown));
+        levels.extend(Level::joined(grown));
         Ok(levels)
     }
 
@@ -261,12 +262,7 @@ impl<'a, V: Voxel> Work<'a, V> {
             low >= 0.0 && high <= self.voxels.last()[a] && is_between(low, middle) && is_between(middle, high)
         };
         if continuous && !has_missing && (depth >= self.uniform_depth || depth >= self.params.max_depth) && (0..3).all(is_between) {
-            for i in 0..8 {
-                let corners: [f32; 8] = std::array::from_fn(|k| lattice[corner_of_child(i, k as u32)]);
-                let value = corners.iter().sum::<f32>() / 8.0;
-                level.value.push(value);
-                level.range.push(corners.iter().fold([value; 2], |[lo, hi], c| [lo.min(*c), hi.max(*c)]));
-            }
+            push_trilinear(level, &lattice);
             level.interior.push(0);
             level.leaf.push(0xff);
             level.bricks.extend(brick);
@@ -337,8 +333,7 @@ impl<'a, V: Voxel> Work<'a, V> {
                 return Found::Leaf { value, range: corners.iter().fold(NOTHING, |[lo, hi], c| [lo.min(*c), hi.max(*c)]) };
             }
         }
-        let value = value();
-        let corners = if continuous { corners() } else { [value; 8] };
+        let corners = if continuous { corners() } else { [value(); 8] };
         let mut look = |enough: f32| match in_patch {
             Some((i, ..)) => scratch.patch.look(i, &corners, enough),
             None => self.look(cell, &region, &corners, enough, &mut scratch.stops),
@@ -346,6 +341,7 @@ impl<'a, V: Voxel> Work<'a, V> {
         let settled = is_deepest || self.is_settled_by_count(&region) || self.is_settled_by_variance(&region);
         if settled {
             let look = look(f32::INFINITY);
+            let value = value();
             if look.range == NOTHING || value.is_nan() && is_deepest {
                 return Found::Empty;
             }
@@ -361,7 +357,7 @@ impl<'a, V: Voxel> Work<'a, V> {
         }
         match allowed.map(|allowed| (allowed, look(allowed))) {
             Some((_, look)) if look.range == NOTHING && look.has_missing => Found::Empty,
-            Some((allowed, look)) if look.worst <= allowed && !look.has_missing => Found::Leaf { value, range: look.range },
+            Some((allowed, look)) if look.worst <= allowed && !look.has_missing => Found::Leaf { value: value(), range: look.range },
             _ => Found::Interior,
         }
     }
@@ -555,34 +551,25 @@ fn push_block(level: &mut Level, children: &[Found], brick: Option<Brick>) -> u8
     interior
 }
 
-/// The levels of neighbouring parts as those of the whole.
-fn joined(mut parts: Vec<Vec<Level>>) -> Vec<Level> {
-    let count = parts.iter().map(Vec::len).max().unwrap_or(0);
-    let level = |number: usize| {
-        let mut at: Vec<&mut Level> = parts.iter_mut().filter_map(|levels| levels.get_mut(number)).collect();
-        Level {
-            interior: chained(at.iter_mut().map(|level| std::mem::take(&mut level.interior)).collect()),
-            leaf: chained(at.iter_mut().map(|level| std::mem::take(&mut level.leaf)).collect()),
-            value: chained(at.iter_mut().map(|level| std::mem::take(&mut level.value)).collect()),
-            range: chained(at.iter_mut().map(|level| std::mem::take(&mut level.range)).collect()),
-            bricks: chained(at.iter_mut().map(|level| std::mem::take(&mut level.bricks)).collect()),
+/// Adds the values and ranges of eight leaves in each of which the field is trilinear between its corners.
+fn push_trilinear(level: &mut Level, lattice: &[f32; LATTICE]) {
+    // All eight side by side, corner by corner: none is NaN.
+    let (mut sums, mut low, mut high) = ([0f32; 8], [f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
+    for k in 0..8 {
+        for i in 0..8 {
+            let value = lattice[corner_of_child(i as u32, k)];
+            sums[i] += value;
+            low[i] = if value < low[i] { value } else { low[i] };
+            high[i] = if value > high[i] { value } else { high[i] };
         }
-    };
-    (0..count).map(level).collect()
-}
-
-/// All parts one behind the other.
-fn chained<T: bytemuck::Pod + Send + Sync>(parts: Vec<Vec<T>>) -> Vec<T> {
-    let mut all = bytemuck::zeroed_vec(parts.iter().map(Vec::len).sum());
-    let mut rest = &mut all[..];
-    let mut places = Vec::with_capacity(parts.len());
-    for part in &parts {
-        let (place, behind) = std::mem::take(&mut rest).split_at_mut(part.len());
-        places.push(place);
-        rest = behind;
     }
-    places.into_par_iter().zip(parts).for_each(|(place, part)| place.copy_from_slice(&part));
-    all
+    let mut ranges = [[0f32; 2]; 8];
+    for i in 0..8 {
+        sums[i] /= 8.0;
+        ranges[i] = [low[i].min(sums[i]), high[i].max(sums[i])];
+    }
+    level.value.extend_from_slice(&sums);
+    level.range.extend_from_slice(&ranges);
 }
 
 #[cfg(test)]

@@ -306,7 +306,11 @@ impl Child<'_> {
     /// The cells around the child.
     fn around(&self) -> Around {
         let shift = self.shift() as usize;
-        std::array::from_fn(|i| self.ring[i % 3 + i / 3 % 3 * 4 + i / 9 * 16 + shift])
+        let mut around = [Neighbour::EMPTY; LATTICE];
+        for i in 0..LATTICE {
+            around[i] = self.ring[i % 3 + i / 3 % 3 * 4 + i / 9 * 16 + shift];
+        }
+        around
     }
 }
 

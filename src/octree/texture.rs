@@ -455,6 +455,45 @@ mod tests {
     }
 
     #[test]
+    fn layers_go_on_where_levels_end() {
+        // Levels of 1, 8, 20 and 40 blocks: layers of 5 x 5 blocks begin in the middle of some.
+        let leaves = |count: usize| (0..count).map(|i| (i * 7 % 101) as f32 / 101.0).collect::<Vec<_>>();
+        let mut levels = Vec::new();
+        for (blocks, interior) in [(1, 0xffu8), (8, 0), (20, 0b11), (40, 0)] {
+            let mut level = Level { interior: vec![interior; blocks], ..Level::default() };
+            if blocks == 8 {
+                (0..8).for_each(|i| level.interior[i] = if i < 4 { 0b10101 } else { 0b10000001 });
+            }
+            level.leaf = level.interior.iter().enumerate().map(|(i, interior)| !interior & (0x6f << (i % 3))).collect();
+            let count = level.leaf.iter().map(|mask| mask.count_ones() as usize).sum();
+            (level.value, level.range) = (leaves(count), vec![[0.0, 1.0]; count]);
+            levels.push(level);
+        }
+        let params = OctreeParams { reconstruction: Reconstruction::Leaf, ..OctreeParams::default() };
+        let tree = Octree { root_min: DVec3::ZERO, root_edge: 1.0, value_range: [0.0, 1.0], levels, params, unmet: None };
+        let texture = OctreeTexture::encode(&tree).expect("fits");
+        assert_eq!((tree.interior_count(), texture.size()), (69, UVec3::new(10, 10, 6)));
+        assert_eq!(texture.validate(), Ok(()));
+        let mut block = 0;
+        for level in &tree.levels {
+            let mut values = level.value.iter();
+            for (&interior, &leaf) in level.interior.iter().zip(&level.leaf) {
+                for i in 0..8 {
+                    match Node::decode(texture.texels[texture.block_texel(block) + texture.child_offset(i)]) {
+                        Some(Node::Interior { .. }) => assert_eq!(interior >> i & 1, 1, "child {i} of {block}"),
+                        Some(Node::Leaf { value, .. }) => {
+                            assert_eq!(leaf >> i & 1, 1, "child {i} of {block}");
+                            assert!((value - values.next().expect("as many as bits")).abs() < 1e-6, "child {i} of {block}");
+                        }
+                        _ => assert_eq!((interior | leaf) >> i & 1, 0, "child {i} of {block}"),
+                    }
+                }
+                block += 1;
+            }
+        }
+    }
+
+    #[test]
     fn lookup_descends_by_binary_digits() {
         let texture = small();
         assert_eq!(texture.lookup(DVec3::splat(0.49)), (Node::Leaf { depth: 1, value: 1.0 }, 1));
