@@ -25,6 +25,15 @@ const VALUE_MAX: f32 = 131_071.0;
 #[repr(transparent)]
 pub struct Brick(pub [u32; BRICK_WORDS]);
 
+/// The 17-bit number nearest to a sample that is clamped to [0, 1]; of two the larger.
+#[inline]
+pub(super) fn fixed(sample: f32) -> u32 {
+    // What `round` does, without a call.
+    let scaled = sample.clamp(0.0, 1.0) * VALUE_MAX;
+    let whole = scaled as i32;
+    (whole + i32::from(scaled - whole as f32 >= 0.5)) as u32
+}
+
 /// The number of a lattice point.
 #[inline]
 pub const fn lattice_index(x: u32, y: u32, z: u32) -> usize {
@@ -47,11 +56,16 @@ pub const fn corner_of_child(i: u32, k: u32) -> usize {
 impl Brick {
     /// Encodes samples, clamped to [0, 1].
     pub fn encode(samples: &[f32; LATTICE]) -> Self {
+        let mut numbers = [0; 2 * BRICK_WORDS - 2];
+        for i in 0..LATTICE {
+            numbers[i] = fixed(samples[i]);
+        }
         let mut words = [0; BRICK_WORDS];
-        for (i, sample) in samples.iter().enumerate() {
-            let number = (sample.clamp(0.0, 1.0) * VALUE_MAX).round() as u32;
-            words[i / 2] |= (number >> 1) << (16 * (i % 2));
-            words[BRICK_WORDS - 1] |= (number & 1) << i;
+        for w in 0..BRICK_WORDS - 1 {
+            words[w] = numbers[2 * w] >> 1 | (numbers[2 * w + 1] >> 1) << 16;
+        }
+        for i in 0..LATTICE {
+            words[BRICK_WORDS - 1] |= (numbers[i] & 1) << i;
         }
         Brick(words)
     }
@@ -59,8 +73,46 @@ impl Brick {
     /// Sample `i`, normalised, in [0, 1].
     #[inline]
     pub fn get(&self, i: usize) -> f32 {
+        self.number(i) as f32 * (1.0 / VALUE_MAX)
+    }
+
+    /// Sample `i` as the 17-bit number that is kept.
+    #[inline]
+    pub(super) fn number(&self, i: usize) -> u32 {
         let high = self.0[i / 2] >> (16 * (i % 2)) & 0xffff;
-        (high << 1 | self.0[BRICK_WORDS - 1] >> i & 1) as f32 * (1.0 / VALUE_MAX)
+        high << 1 | self.0[BRICK_WORDS - 1] >> i & 1
+    }
+
+    /// Replaces the number of sample `i`.
+    #[inline]
+    pub(super) fn set_number(&mut self, i: usize, number: u32) {
+        let shift = 16 * (i % 2);
+        self.0[i / 2] = self.0[i / 2] & !(0xffff << shift) | (number >> 1) << shift;
+        self.0[BRICK_WORDS - 1] = self.0[BRICK_WORDS - 1] & !(1 << i) | (number & 1) << i;
+    }
+
+    /// The smallest and the largest sample at the corners of each child.
+    pub(super) fn extremes(&self) -> [[f32; 2]; 8] {
+        let mut numbers = [0; LATTICE];
+        for i in 0..LATTICE {
+            numbers[i] = self.number(i);
+        }
+        let mut extremes = [[0.0; 2]; 8];
+        for end in 0..2 {
+            let pick = |a: u32, b: u32| if (a < b) == (end == 0) { a } else { b };
+            // Along z, then y, then x: what neighbouring children share is looked at once.
+            let (mut z, mut y) = ([0; 18], [0; 12]);
+            for i in 0..18 {
+                z[i] = pick(numbers[i], numbers[i + 9]);
+            }
+            for i in 0..12 {
+                y[i] = pick(z[i + i / 6 * 3], z[i + i / 6 * 3 + 3]);
+            }
+            for i in 0..8 {
+                extremes[i][end] = pick(y[i + i / 2], y[i + i / 2 + 1]) as f32 * (1.0 / VALUE_MAX);
+            }
+        }
+        extremes
     }
 
     /// The samples at the corners of child `i`, corner `k = x + 2 y + 4 z`.
@@ -98,6 +150,33 @@ mod tests {
         let ends: [f32; LATTICE] = std::array::from_fn(|i| if i % 2 == 0 { 1.5 } else { -1.0 });
         assert_eq!((Brick::encode(&ends).get(4), Brick::encode(&ends).get(5)), (1.0, 0.0), "clamped");
         assert_eq!(size_of::<Brick>(), 60);
+    }
+
+    #[test]
+    fn numbers_are_rounded_and_replaced_alone() {
+        for sample in (0..200_000).map(|i| i as f32 * 5.1e-6 - 0.01).chain([0.499_999_97 / VALUE_MAX, 0.5 / VALUE_MAX, f32::NAN]) {
+            assert_eq!(fixed(sample), (sample.clamp(0.0, 1.0) * VALUE_MAX).round() as u32, "{sample}");
+        }
+        let samples: [f32; LATTICE] = std::array::from_fn(|i| (i as f32 * 0.381_966) % 1.0);
+        for i in 0..LATTICE {
+            for number in [0, 1, 0xffff, 0x10000, 0x1ffff] {
+                let mut brick = Brick::encode(&samples);
+                brick.set_number(i, number);
+                for k in 0..LATTICE {
+                    assert_eq!(brick.number(k), if k == i { number } else { fixed(samples[k]) }, "{k} after {number} at {i}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn extremes_are_those_of_the_corners() {
+        let brick = Brick::encode(&std::array::from_fn(|i| (i as f32 * 0.381_966) % 1.0));
+        for (i, [low, high]) in brick.extremes().into_iter().enumerate() {
+            let corners = brick.corners(i as u32);
+            assert_eq!(low, corners.into_iter().fold(1.0, f32::min), "child {i}");
+            assert_eq!(high, corners.into_iter().fold(0.0, f32::max), "child {i}");
+        }
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod bound;
 mod brick;
 mod lattice;
 mod params;
+mod patch;
 mod procedural;
 mod regularize;
 mod regularize_grid;

@@ -72,7 +72,7 @@ pub fn regularize(mesh: &TetMesh, field: &ScalarField, params: &OctreeParams, pr
     let mut tree = Octree { root_min: work.root_min, root_edge, value_range: field.range, levels, params: params.clone(), unmet };
     if params.reconstruction == Reconstruction::Continuous {
         progress.check()?;
-        resolve(&mut tree, &lattices);
+        resolve(&mut tree, Some(&lattices));
     }
     Ok(tree)
 }

@@ -1,9 +1,9 @@
 //! Regularization of a regular volume: the stages of [`super::regularize`] with points for vertices, and an error that is not estimated.
 
-use super::brick::{offset, trilinear};
-use super::lattice::Sample;
+use super::brick::{Brick, LATTICE, corner_of_child, lattice_point, offset, trilinear};
+use super::patch::{Look, PATCH_STEPS, Patch};
 use super::regularize::{Cell, MAX_BLOCKS, allowed_error};
-use super::resolve::{OwnSamples, resolve};
+use super::resolve::resolve;
 use super::voxels::{Between, Bounds, NOTHING, Voxels, point_from, snap};
 use super::{Boundary, Level, Octree, OctreeParams, Reconstruction, RegularizeError, Unmet};
 use crate::geometry::Placed;
@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::sync::{Arc, Mutex};
 
-/// Cells above this depth are divided in parallel, deeper ones by the thread that has their parent.
+/// Cells of this depth are shared out among threads, with all below them.
 const PARALLEL_DEPTH: u8 = 3;
 
 /// Parts of a cell or of the volume that are thinner than this, in steps, do not count.
@@ -23,6 +23,12 @@ const THIN: f64 = 1e-6;
 
 /// No cell is divided for an error that bricks would make anyway: they round samples by up to 3.8e-6.
 const ROUNDING: f32 = 2e-6;
+
+/// Blocks are counted by so many at once.
+const COUNTED: usize = 64;
+
+/// Depths that cells may have.
+const DEPTHS: usize = OctreeParams::DEPTH_LIMIT as usize + 1;
 
 /// Cells of at most this many steps a side are looked through without asking for their range first.
 const SMALL: usize = 4;
@@ -96,8 +102,16 @@ struct Stop {
     at: f32,
 }
 
-/// One thread's working memory.
 type Stops = [Vec<Stop>; 3];
+
+/// One thread's working memory.
+#[derive(Default)]
+struct Scratch {
+    stops: Stops,
+    patch: Patch,
+    /// Blocks that are not counted yet.
+    blocks: usize,
+}
 
 /// A cell in steps.
 struct Region {
@@ -109,14 +123,6 @@ struct Region {
     points: [[usize; 3]; 2],
 }
 
-/// What was found by looking through a cell.
-struct Look {
-    /// The largest difference between reconstruction and field.
-    worst: f32,
-    range: [f32; 2],
-    has_missing: bool,
-}
-
 struct Work<'a, V> {
     voxels: Voxels<'a, V>,
     bounds: Bounds,
@@ -126,6 +132,8 @@ struct Work<'a, V> {
     root_min: DVec3,
     root_edge: f64,
     uniform_depth: u8,
+    /// The error that a cell may have, by depth, if there is a tolerance.
+    allowed: Option<[f32; DEPTHS]>,
     params: &'a OctreeParams,
     progress: &'a Progress,
     blocks: AtomicUsize,
@@ -137,10 +145,13 @@ impl<'a, V: Voxel> Work<'a, V> {
         let voxels = Voxels::new(grid, values);
         let (root_min, root_edge) = root_cube(grid, &voxels, params.max_depth);
         let is_exact = params.tolerance.is_some() && params.initial_depth.is_none() && voxels.is_aligned;
+        let edges = voxels.to_steps * root_edge;
+        let allowed = |tolerance: f64| std::array::from_fn(|depth| allowed_error_in_steps(tolerance, depth as u8, &edges));
         Work {
             bounds: Bounds::new(&voxels),
             base: voxels.to_steps * (root_min - voxels.first),
-            edges: voxels.to_steps * root_edge,
+            allowed: params.tolerance.map(allowed),
+            edges,
             root_min,
             root_edge,
             uniform_depth: if is_exact { 1 } else { params.uniform_depth(values.len()) },
@@ -153,69 +164,144 @@ impl<'a, V: Voxel> Work<'a, V> {
     }
 
     fn run(self, grid: &Grid) -> Result<Octree, RegularizeError> {
-        let levels = self.divide(Cell::ROOT)?;
-        let unmet = *self.unmet.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let levels = self.divide()?;
         let mut tree = Octree {
             root_min: self.root_min,
             root_edge: self.root_edge,
             value_range: grid.range(),
             levels,
             params: self.params.clone(),
-            unmet,
+            unmet: self.unmet.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()),
         };
         if self.params.reconstruction == Reconstruction::Continuous {
             self.progress.check()?;
-            resolve(&mut tree, &self);
+            resolve(&mut tree, None);
         }
         Ok(tree)
     }
 
-    /// The blocks of an interior cell and all below it, level by level.
-    fn divide(&self, cell: Cell) -> Result<Vec<Level>, RegularizeError> {
-        if cell.depth >= PARALLEL_DEPTH {
-            let mut levels = Vec::new();
-            self.divide_alone(cell, 0, &mut levels, &mut Stops::default())?;
-            self.progress.add(cell.share());
-            return Ok(levels);
-        }
-        self.add_block()?;
-        let grow = |i: u32| {
-            let child = cell.child(i);
-            let found = self.classify(child, &mut Stops::default());
-            match found {
-                Found::Interior => Ok((found, self.divide(child)?)),
-                _ => {
-                    self.progress.add(child.share());
-                    Ok((found, vec![]))
-                }
+    /// All levels.
+    fn divide(&self) -> Result<Vec<Level>, RegularizeError> {
+        let mut levels = Vec::new();
+        let mut cells = vec![Cell::ROOT];
+        for _ in 0..PARALLEL_DEPTH {
+            let children: Vec<Cell> = cells.iter().flat_map(|cell| (0..8).map(|i| cell.child(i))).collect();
+            let found: Vec<Found> =
+                children.par_iter().map_init(Scratch::default, |scratch, &cell| self.classify(cell, None, scratch)).collect();
+            let mut level = Level::default();
+            for (cell, found) in cells.iter().zip(found.chunks(8)) {
+                push_block(&mut level, found, self.brick(*cell));
             }
-        };
-        let children: Vec<_> = (0..8u32).into_par_iter().map(grow).collect::<Result<_, RegularizeError>>()?;
-        let mut levels = vec![Level::default()];
-        push_block(&mut levels[0], children.iter().map(|(found, _)| found));
-        for below in children.into_iter().flat_map(|(_, below)| below.into_iter().enumerate()) {
-            append(&mut levels, 1 + below.0, below.1);
+            levels.push(level);
+            self.add_blocks(cells.len())?;
+            let is_interior = |found: &Found| matches!(found, Found::Interior);
+            self.progress.add(children.iter().zip(&found).filter(|(_, found)| !is_interior(found)).map(|(cell, _)| cell.share()).sum());
+            cells = children.iter().zip(&found).filter(|(_, found)| is_interior(found)).map(|(cell, _)| *cell).collect();
+            if cells.is_empty() {
+                return Ok(levels);
+            }
         }
+        let grow = |scratch: &mut Scratch, cell: &Cell| -> Result<Vec<Level>, RegularizeError> {
+            let mut levels = Vec::new();
+            self.divide_alone(*cell, 0, &mut levels, scratch)?;
+            self.add_blocks(std::mem::take(&mut scratch.blocks))?;
+            self.progress.add(cell.share());
+            Ok(levels)
+        };
+        let grown: Vec<Vec<Level>> = cells.par_iter().with_max_len(1).map_init(Scratch::default, grow).collect::<Result<_, _>>()?;
+        levels.extend(Level::joined(grown));
         Ok(levels)
     }
 
-    /// The same by one thread; the cell's block goes to `levels[level]`.
-    fn divide_alone(&self, cell: Cell, level: usize, levels: &mut Vec<Level>, stops: &mut Stops) -> Result<(), RegularizeError> {
-        self.add_block()?;
-        let found: [Found; 8] = std::array::from_fn(|i| self.classify(cell.child(i as u32), stops));
+    /// The blocks of an interior cell and all below it, by one thread; the cell's own goes to `levels[level]`.
+    fn divide_alone(&self, cell: Cell, level: usize, levels: &mut Vec<Level>, scratch: &mut Scratch) -> Result<(), RegularizeError> {
+        scratch.blocks += 1;
+        if scratch.blocks >= COUNTED {
+            self.add_blocks(std::mem::take(&mut scratch.blocks))?;
+        }
         if levels.len() == level {
             levels.push(Level::default());
         }
-        push_block(&mut levels[level], found.iter());
-        for i in (0..8).filter(|&i| matches!(found[i], Found::Interior)) {
-            self.divide_alone(cell.child(i as u32), level + 1, levels, stops)?;
+        let interior = match self.patch_places(cell) {
+            Some(places) => self.divide_patch(cell, places, &mut levels[level], scratch),
+            None => {
+                let found: [Found; 8] = std::array::from_fn(|i| self.classify(cell.child(i as u32), None, scratch));
+                push_block(&mut levels[level], &found, self.brick(cell))
+            }
+        };
+        for i in (0..8).filter(|&i| interior >> i & 1 == 1) {
+            self.divide_alone(cell.child(i), level + 1, levels, scratch)?;
         }
         Ok(())
     }
 
-    /// Decides what a cell is.
-    fn classify(&self, cell: Cell, stops: &mut Stops) -> Found {
-        let Some(region) = self.region(cell) else { return Found::Empty };
+    /// Where the children of a cell begin, meet and end along each axis in steps, if they are to be looked at as a [`Patch`].
+    fn patch_places(&self, cell: Cell) -> Option<[[f64; 3]; 3]> {
+        if !self.voxels.is_aligned {
+            return None;
+        }
+        let places = [0.0, 0.5, 1.0].map(|at| self.place(cell, DVec3::splat(at)).map(snap));
+        let [low, _, high] = places;
+        let [low, high] = [low.max(DVec3::ZERO), high.min(self.voxels.last())];
+        let is_small = (0..3).all(|a| high[a] > low[a] && point_from(high[a]) - low[a] as usize <= PATCH_STEPS);
+        is_small.then(|| [0, 1, 2].map(|a| [places[0][a], places[1][a], places[2][a]]))
+    }
+
+    /// Decides what the children of a cell are that make a patch; returns which are interior.
+    fn divide_patch(&self, cell: Cell, places: [[f64; 3]; 3], level: &mut Level, scratch: &mut Scratch) -> u8 {
+        scratch.patch.set(&self.voxels, places);
+        let lattice = scratch.patch.lattice();
+        let continuous = self.params.reconstruction == Reconstruction::Continuous;
+        let has_missing = lattice.iter().any(|value| value.is_nan());
+        let brick = continuous.then(|| if has_missing { self.sampled(cell) } else { Brick::encode(&lattice) });
+        let depth = cell.depth + 1;
+        // Cells between neighbouring points are trilinear: leaves, and their centres have the mean of their corners.
+        let is_between = |a: usize| {
+            let [low, middle, high] = places[a];
+            let is_between = |low: f64, high: f64| point_from(high) - low as usize <= 1;
+            low >= 0.0 && high <= self.voxels.last()[a] && is_between(low, middle) && is_between(middle, high)
+        };
+        if continuous && !has_missing && (depth >= self.uniform_depth || depth >= self.params.max_depth) && (0..3).all(is_between) {
+            push_trilinear(level, &lattice);
+            level.interior.push(0);
+            level.leaf.push(0xff);
+            level.bricks.extend(brick);
+            return 0;
+        }
+        scratch.patch.measure();
+        let found: [Found; 8] = std::array::from_fn(|i| {
+            let i = i as u32;
+            let corners = std::array::from_fn(|k| lattice[corner_of_child(i, k as u32)]);
+            self.classify(cell.child(i), Some((i, places, corners)), scratch)
+        });
+        push_block(level, &found, brick)
+    }
+
+    /// The samples at the corners of a cell's children.
+    fn sampled(&self, cell: Cell) -> Brick {
+        let samples: [f32; LATTICE] = std::array::from_fn(|i| {
+            let at = UVec3::from_array(lattice_point(i)).as_dvec3();
+            self.voxels.sample(self.place(cell, at / 2.0)).value()
+        });
+        Brick::encode(&samples)
+    }
+
+    /// The same, where the reconstruction asks for it.
+    fn brick(&self, cell: Cell) -> Option<Brick> {
+        (self.params.reconstruction == Reconstruction::Continuous).then(|| self.sampled(cell))
+    }
+
+    /// Decides what a cell is. If it is in the patch at hand: which of its cells, where they begin, meet and end, and the field at the
+    /// cell's corners.
+    fn classify(&self, cell: Cell, in_patch: Option<(u32, [[f64; 3]; 3], [f32; 8])>, scratch: &mut Scratch) -> Found {
+        let region = match &in_patch {
+            Some((i, places, _)) => {
+                let end = |upper: u32| DVec3::from_array([0, 1, 2].map(|a| places[a][((i >> a & 1) + upper) as usize]));
+                self.region_between(end(0), end(1))
+            }
+            None => self.region(cell),
+        };
+        let Some(region) = region else { return Found::Empty };
         let depth = cell.depth;
         let is_deepest = depth >= self.params.max_depth;
         let side = (0..3).map(|a| region.points[1][a] - region.points[0][a]).max().unwrap_or(0);
@@ -233,24 +319,29 @@ impl<'a, V: Voxel> Work<'a, V> {
             return if may_hold { Found::Interior } else { Found::Empty };
         }
         // What hardly varies needs no look.
-        let allowed = self.params.tolerance.map(|tolerance| self.allowed_error(tolerance, cell));
+        let allowed = self.allowed.map(|allowed| allowed[usize::from(depth)]);
         if let Some(range) = bounds.filter(|[lo, hi]| hi - lo <= allowed.unwrap_or(0.0)) {
             return Found::Leaf { value: value(), range };
         }
         let continuous = self.params.reconstruction == Reconstruction::Continuous;
+        let corners = || in_patch.map_or_else(|| self.corners(cell, &region), |(_, _, corners)| corners);
         if continuous && side <= 1 && self.voxels.is_aligned && region.inside == [region.low, region.high] {
             // Trilinear between its corners, so that the centre has their mean.
-            let corners = self.corners(cell, &region);
+            let corners = corners();
             let value = corners.iter().sum::<f32>() / 8.0;
             if !value.is_nan() {
                 return Found::Leaf { value, range: corners.iter().fold(NOTHING, |[lo, hi], c| [lo.min(*c), hi.max(*c)]) };
             }
         }
-        let value = value();
-        let corners = if continuous { self.corners(cell, &region) } else { [value; 8] };
+        let corners = if continuous { corners() } else { [value(); 8] };
+        let mut look = |enough: f32| match in_patch {
+            Some((i, ..)) => scratch.patch.look(i, &corners, enough),
+            None => self.look(cell, &region, &corners, enough, &mut scratch.stops),
+        };
         let settled = is_deepest || self.is_settled_by_count(&region) || self.is_settled_by_variance(&region);
         if settled {
-            let look = self.look(cell, &region, &corners, f32::INFINITY, stops);
+            let look = look(f32::INFINITY);
+            let value = value();
             if look.range == NOTHING || value.is_nan() && is_deepest {
                 return Found::Empty;
             }
@@ -264,9 +355,9 @@ impl<'a, V: Voxel> Work<'a, V> {
         if is_cut && !self.is_fine(cell) {
             return Found::Interior;
         }
-        match allowed.map(|allowed| (allowed, self.look(cell, &region, &corners, allowed, stops))) {
+        match allowed.map(|allowed| (allowed, look(allowed))) {
             Some((_, look)) if look.range == NOTHING && look.has_missing => Found::Empty,
-            Some((allowed, look)) if look.worst <= allowed && !look.has_missing => Found::Leaf { value, range: look.range },
+            Some((allowed, look)) if look.worst <= allowed && !look.has_missing => Found::Leaf { value: value(), range: look.range },
             _ => Found::Interior,
         }
     }
@@ -284,7 +375,11 @@ impl<'a, V: Voxel> Work<'a, V> {
             let corners = (0..8).map(|k| self.place(cell, offset(k).as_dvec3()));
             corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), c| (low.min(c), high.max(c)))
         };
-        let (low, high) = (low.map(snap), high.map(snap));
+        self.region_between(low.map(snap), high.map(snap))
+    }
+
+    /// The same by a cell's ends.
+    fn region_between(&self, low: DVec3, high: DVec3) -> Option<Region> {
         let inside = [low.max(DVec3::ZERO), high.min(self.voxels.last())];
         if (inside[1] - inside[0]).min_element() <= THIN {
             return None;
@@ -350,7 +445,7 @@ impl<'a, V: Voxel> Work<'a, V> {
             stops.extend((low as usize + 1..point_from(high)).map(|point| stop(point as f64)));
             stops.push(stop(high));
         }
-        let mut look = Look { worst: 0.0, range: NOTHING, has_missing: false };
+        let mut look = Look::NOTHING;
         let [xs, ys, zs] = stops;
         for z in zs.iter() {
             for y in ys.iter() {
@@ -371,7 +466,7 @@ impl<'a, V: Voxel> Work<'a, V> {
     /// The same where the cell is none of the volume's boxes: the error at points inside and lattice points, the range over all points that
     /// the field in the cell may hang on.
     fn look_turned(&self, cell: Cell, region: &Region, corners: &[f32; 8]) -> Look {
-        let mut look = Look { worst: 0.0, range: NOTHING, has_missing: false };
+        let mut look = Look::NOTHING;
         let [low, high] = region.points;
         let (corner, to_unit) = (self.place(cell, DVec3::ZERO), self.edges.inverse() * f64::from(1u32 << cell.depth));
         for z in low[2]..=high[2] {
@@ -394,22 +489,14 @@ impl<'a, V: Voxel> Work<'a, V> {
         look
     }
 
-    /// The error that a cell may have. What is below the distance of points is held to the tolerance itself: there is nothing to be resolved
-    /// in it but the edges of the field between points.
-    fn allowed_error(&self, tolerance: f64, cell: Cell) -> f32 {
-        let allowed = if self.is_fine(cell) { tolerance as f32 } else { allowed_error(tolerance, cell.depth) };
-        allowed.max(ROUNDING)
-    }
-
     /// Whether a cell's edges are no longer than steps.
     fn is_fine(&self, cell: Cell) -> bool {
-        let longest = self.edges.x_axis.abs().max(self.edges.y_axis.abs()).max(self.edges.z_axis.abs()).max_element();
-        longest / f64::from(1u32 << cell.depth) <= 1.0 + THIN
+        is_fine(cell.depth, &self.edges)
     }
 
     /// Notes a leaf of the greatest depth in which the tolerance is not met.
     fn note_if_unmet(&self, cell: Cell, error: f32) {
-        let allowed = self.params.tolerance.map(|tolerance| self.allowed_error(tolerance, cell));
+        let allowed = self.allowed.map(|allowed| allowed[usize::from(cell.depth)]);
         if allowed.is_none_or(|allowed| error <= allowed) {
             return;
         }
@@ -419,28 +506,24 @@ impl<'a, V: Voxel> Work<'a, V> {
         *all = Some(all.map_or(one, |before| before.and(one)));
     }
 
-    /// Counts a block; stops where there are too many, or on request.
-    fn add_block(&self) -> Result<(), RegularizeError> {
+    /// Counts blocks; stops where there are too many, or on request.
+    fn add_blocks(&self, count: usize) -> Result<(), RegularizeError> {
         self.progress.check()?;
-        if self.blocks.fetch_add(1, Relaxed) >= MAX_BLOCKS { Err(RegularizeError::TooLarge) } else { Ok(()) }
+        if self.blocks.fetch_add(count, Relaxed) + count > MAX_BLOCKS { Err(RegularizeError::TooLarge) } else { Ok(()) }
     }
 }
 
-/// Every leaf knows the field's own value.
-impl<V: Voxel> OwnSamples for Work<'_, V> {
-    fn sample(&self, level: usize, _: u32, _: UVec3, at: UVec3) -> Sample {
-        self.voxels.sample(self.base + self.edges * (at.as_dvec3() / (1u64 << (level + 1)) as f64))
-    }
+/// Whether the edges of cells are no longer than steps. `edges` are the root's, in steps.
+fn is_fine(depth: u8, edges: &DMat3) -> bool {
+    let longest = edges.x_axis.abs().max(edges.y_axis.abs()).max(edges.z_axis.abs()).max_element();
+    longest / f64::from(1u32 << depth) <= 1.0 + THIN
 }
 
-impl Look {
-    #[inline(always)]
-    fn see(&mut self, value: f32, reconstructed: f32) {
-        self.has_missing |= value.is_nan();
-        // Neither takes NaN.
-        self.worst = self.worst.max((value - reconstructed).abs());
-        self.range = [self.range[0].min(value), self.range[1].max(value)];
-    }
+/// The error that a cell may have. What is below the distance of points is held to the tolerance itself: there is nothing to be resolved
+/// in it but the edges of the field between points.
+fn allowed_error_in_steps(tolerance: f64, depth: u8, edges: &DMat3) -> f32 {
+    let allowed = if is_fine(depth, edges) { tolerance as f32 } else { allowed_error(tolerance, depth) };
+    allowed.max(ROUNDING)
 }
 
 /// First and last point along each axis that lie in the cell; the last is before the first if none does.
@@ -448,9 +531,10 @@ fn points_inside(region: &Region) -> [(usize, usize); 3] {
     [0, 1, 2].map(|a| (point_from(region.inside[0][a]), region.inside[1][a] as usize))
 }
 
-fn push_block<'f>(level: &mut Level, children: impl Iterator<Item = &'f Found>) {
+/// Adds a block; returns which of its children are interior.
+fn push_block(level: &mut Level, children: &[Found], brick: Option<Brick>) -> u8 {
     let (mut interior, mut leaf) = (0, 0);
-    for (i, child) in children.enumerate() {
+    for (i, child) in children.iter().enumerate() {
         match *child {
             Found::Empty => {}
             Found::Interior => interior |= 1 << i,
@@ -463,19 +547,29 @@ fn push_block<'f>(level: &mut Level, children: impl Iterator<Item = &'f Found>) 
     }
     level.interior.push(interior);
     level.leaf.push(leaf);
+    level.bricks.extend(brick);
+    interior
 }
 
-/// Puts blocks behind those of a level.
-fn append(levels: &mut Vec<Level>, number: usize, more: Level) {
-    if levels.len() == number {
-        levels.push(more);
-        return;
+/// Adds the values and ranges of eight leaves in each of which the field is trilinear between its corners.
+fn push_trilinear(level: &mut Level, lattice: &[f32; LATTICE]) {
+    // All eight side by side, corner by corner: none is NaN.
+    let (mut sums, mut low, mut high) = ([0f32; 8], [f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
+    for k in 0..8 {
+        for i in 0..8 {
+            let value = lattice[corner_of_child(i as u32, k)];
+            sums[i] += value;
+            low[i] = if value < low[i] { value } else { low[i] };
+            high[i] = if value > high[i] { value } else { high[i] };
+        }
     }
-    let level = &mut levels[number];
-    level.interior.extend(more.interior);
-    level.leaf.extend(more.leaf);
-    level.value.extend(more.value);
-    level.range.extend(more.range);
+    let mut ranges = [[0f32; 2]; 8];
+    for i in 0..8 {
+        sums[i] /= 8.0;
+        ranges[i] = [low[i].min(sums[i]), high[i].max(sums[i])];
+    }
+    level.value.extend_from_slice(&sums);
+    level.range.extend_from_slice(&ranges);
 }
 
 #[cfg(test)]

@@ -2,8 +2,9 @@
 //! GPU Gems 2, chapter 37).
 
 use super::brick::{Brick, trilinear};
-use super::{Octree, Reconstruction};
+use super::{Level, Octree, Reconstruction};
 use glam::{DVec3, UVec3};
+use rayon::prelude::*;
 
 /// A 3D texture of RGBA8 texels that holds an octree. Each interior cell owns a 2x2x2 *block* of texels, one texel a child.
 ///
@@ -109,8 +110,59 @@ impl Node {
             Node::Empty => [0; 4],
             Node::Interior { block } => [block.x as u8, block.y as u8, block.z as u8, 255],
             Node::Leaf { depth, value } => {
-                let [_, r, g, b] = ((f64::from(value).clamp(0.0, 1.0) * VALUE_MAX).round() as u32).to_be_bytes();
+                let [_, r, g, b] = ((f64::from(value).clamp(0.0, 1.0) * VALUE_MAX + 0.5) as u32).to_be_bytes();
                 [r, g, b, depth * 10]
+            }
+        }
+    }
+}
+
+/// A place in the blocks of all levels, in order.
+///
+/// Blocks are numbered breadth first, so the next level's start where this level's end, in the order of its interior children.
+#[derive(Clone)]
+struct Reader<'a> {
+    level: &'a Level,
+    below: &'a [Level],
+    number: usize,
+    /// Number in its level.
+    block: usize,
+    /// The first leaf of the block, and the number of its first interior child's block in the texture.
+    value: usize,
+    child_block: u32,
+}
+
+impl<'a> Reader<'a> {
+    /// At the first block, if there is any.
+    fn new(levels: &'a [Level]) -> Option<Self> {
+        let (level, below) = levels.split_first()?;
+        Reader { level, below, number: 0, block: 0, value: 0, child_block: 1 }.settled()
+    }
+
+    /// The depth of the block's children.
+    fn depth(&self) -> u8 {
+        self.number as u8 + 1
+    }
+
+    /// At the first block of the next level that has any, if this one's are through.
+    fn settled(mut self) -> Option<Self> {
+        while self.block == self.level.interior.len() {
+            let (level, below) = self.below.split_first()?;
+            self = Reader { level, below, number: self.number + 1, block: 0, value: 0, ..self };
+        }
+        Some(self)
+    }
+
+    /// Further on by some blocks.
+    fn skip(mut self, mut blocks: usize) -> Option<Self> {
+        loop {
+            let part = blocks.min(self.level.interior.len() - self.block);
+            let ones = |masks: &[u8]| masks[self.block..][..part].iter().map(|mask| mask.count_ones()).sum::<u32>();
+            (self.value, self.child_block) = (self.value + ones(&self.level.leaf) as usize, self.child_block + ones(&self.level.interior));
+            (self.block, blocks) = (self.block + part, blocks - part);
+            self = self.settled()?;
+            if blocks == 0 {
+                return Some(self);
             }
         }
     }
@@ -126,8 +178,8 @@ impl OctreeTexture {
         let blocks_per_axis = (1u32..).find(|&n| u64::from(n).pow(3) >= blocks as u64).unwrap_or(256);
         let block_layers = (blocks as u32).div_ceil(blocks_per_axis * blocks_per_axis);
         let mut texture = OctreeTexture {
-            bricks: tree.levels.iter().flat_map(|level| &level.bricks).copied().collect(),
-            texels: vec![[0; 4]; (blocks_per_axis * blocks_per_axis * block_layers) as usize * 8],
+            bricks: vec![],
+            texels: vec![],
             blocks_per_axis,
             block_layers,
             depth: tree.levels.len() as u8,
@@ -136,30 +188,55 @@ impl OctreeTexture {
             root_edge: tree.root_edge,
             value_range: tree.value_range,
         };
-        // Blocks are numbered breadth first, so the next level's start where this level's end, in the order of its interior children.
-        let (mut block, mut child_block) = (0, 1);
-        for (l, level) in tree.levels.iter().enumerate() {
-            let depth = l as u8 + 1;
-            let mut values = level.value.iter();
-            for (&interior, &leaf) in level.interior.iter().zip(&level.leaf) {
-                let first = texture.block_texel(block);
-                for i in 0..8 {
-                    let node = if interior >> i & 1 == 1 {
-                        child_block += 1;
-                        Node::Interior { block: texture.block_position(child_block - 1) }
-                    } else if leaf >> i & 1 == 1 {
-                        Node::Leaf { depth, value: *values.next().expect("a value for each leaf bit") }
-                    } else {
-                        Node::Empty
-                    };
-                    let at = first + texture.child_offset(i);
-                    texture.texels[at] = node.encode();
-                }
-                block += 1;
-            }
-        }
+        let bricks = || tree.levels.iter().map(|level| &level.bricks[..]).collect::<Vec<_>>().concat();
+        (texture.texels, texture.bricks) = rayon::join(|| texture.encode_texels(&tree.levels), bricks);
         debug_assert_eq!(texture.validate(), Ok(()));
         Ok(texture)
+    }
+
+    /// All texels, a layer of blocks a task.
+    fn encode_texels(&self, levels: &[Level]) -> Vec<[u8; 4]> {
+        let layer_blocks = self.blocks_per_axis as usize * self.blocks_per_axis as usize;
+        let mut texels = vec![[0; 4]; layer_blocks * self.block_layers as usize * 8];
+        if let Some(first) = Reader::new(levels) {
+            let mut reader = Some(first);
+            let starts: Vec<_> = (0..self.block_layers)
+                .map_while(|_| {
+                    let start = reader.take()?;
+                    reader = start.clone().skip(layer_blocks);
+                    Some(start)
+                })
+                .collect();
+            texels.par_chunks_mut(layer_blocks * 8).zip(starts).for_each(|(texels, start)| self.encode_layer(texels, start));
+        }
+        texels
+    }
+
+    /// The texels of a layer of blocks, from where a reader stands.
+    fn encode_layer(&self, texels: &mut [[u8; 4]], reader: Reader) {
+        let offsets: [usize; 8] = std::array::from_fn(|i| self.child_offset(i as u32));
+        let layer_blocks = self.blocks_per_axis * self.blocks_per_axis;
+        let mut reader = Some(reader);
+        for block in 0..layer_blocks {
+            let Some(mut here) = reader.take() else { return };
+            let (interior, leaf, depth) = (here.level.interior[here.block], here.level.leaf[here.block], here.depth());
+            let (mut value, mut child_block) = (here.value, here.child_block);
+            let first = self.block_texel(block);
+            for i in 0..8 {
+                let node = if interior >> i & 1 == 1 {
+                    child_block += 1;
+                    Node::Interior { block: self.block_position(child_block - 1) }
+                } else if leaf >> i & 1 == 1 {
+                    value += 1;
+                    Node::Leaf { depth, value: here.level.value[value - 1] }
+                } else {
+                    continue;
+                };
+                texels[first + offsets[i]] = node.encode();
+            }
+            (here.value, here.child_block, here.block) = (value, child_block, here.block + 1);
+            reader = here.settled();
+        }
     }
 
     /// Where block `b` lies in the pool, in blocks.
@@ -396,6 +473,45 @@ mod tests {
         assert_eq!(texture.texels(), expected);
         assert_eq!(Node::Leaf { depth: 9, value: 0.5 }.encode(), [0x80, 0, 0, 0x5a]);
         assert_eq!(Node::Interior { block: UVec3::new(3, 0, 1) }.encode(), [3, 0, 1, 255]);
+    }
+
+    #[test]
+    fn layers_go_on_where_levels_end() {
+        // Levels of 1, 8, 20 and 40 blocks: layers of 5 x 5 blocks begin in the middle of some.
+        let leaves = |count: usize| (0..count).map(|i| (i * 7 % 101) as f32 / 101.0).collect::<Vec<_>>();
+        let mut levels = Vec::new();
+        for (blocks, interior) in [(1, 0xffu8), (8, 0), (20, 0b11), (40, 0)] {
+            let mut level = Level { interior: vec![interior; blocks], ..Level::default() };
+            if blocks == 8 {
+                (0..8).for_each(|i| level.interior[i] = if i < 4 { 0b10101 } else { 0b10000001 });
+            }
+            level.leaf = level.interior.iter().enumerate().map(|(i, interior)| !interior & (0x6f << (i % 3))).collect();
+            let count = level.leaf.iter().map(|mask| mask.count_ones() as usize).sum();
+            (level.value, level.range) = (leaves(count), vec![[0.0, 1.0]; count]);
+            levels.push(level);
+        }
+        let params = OctreeParams { reconstruction: Reconstruction::Leaf, ..OctreeParams::default() };
+        let tree = Octree { root_min: DVec3::ZERO, root_edge: 1.0, value_range: [0.0, 1.0], levels, params, unmet: None };
+        let texture = OctreeTexture::encode(&tree).expect("fits");
+        assert_eq!((tree.interior_count(), texture.size()), (69, UVec3::new(10, 10, 6)));
+        assert_eq!(texture.validate(), Ok(()));
+        let mut block = 0;
+        for level in &tree.levels {
+            let mut values = level.value.iter();
+            for (&interior, &leaf) in level.interior.iter().zip(&level.leaf) {
+                for i in 0..8 {
+                    match Node::decode(texture.texels[texture.block_texel(block) + texture.child_offset(i)]) {
+                        Some(Node::Interior { .. }) => assert_eq!(interior >> i & 1, 1, "child {i} of {block}"),
+                        Some(Node::Leaf { value, .. }) => {
+                            assert_eq!(leaf >> i & 1, 1, "child {i} of {block}");
+                            assert!((value - values.next().expect("as many as bits")).abs() < 1e-6, "child {i} of {block}");
+                        }
+                        _ => assert_eq!((interior | leaf) >> i & 1, 0, "child {i} of {block}"),
+                    }
+                }
+                block += 1;
+            }
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::brick::Brick;
 use super::{OctreeParams, Reconstruction};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// The blocks of one level, in breadth-first order. A *block* is the 8 children of one interior cell; child `i = x + 2 y + 4 z`.
 ///
@@ -50,6 +51,38 @@ pub struct Octree {
     pub unmet: Option<Unmet>,
 }
 
+impl Level {
+    /// The levels of parts of a tree, given in the order of their places, as those of the whole.
+    pub(super) fn joined(mut parts: Vec<Vec<Level>>) -> Vec<Level> {
+        let count = parts.iter().map(Vec::len).max().unwrap_or(0);
+        let level = |number: usize| {
+            let mut at: Vec<&mut Level> = parts.iter_mut().filter_map(|levels| levels.get_mut(number)).collect();
+            Level {
+                interior: chained(at.iter_mut().map(|level| std::mem::take(&mut level.interior)).collect()),
+                leaf: chained(at.iter_mut().map(|level| std::mem::take(&mut level.leaf)).collect()),
+                value: chained(at.iter_mut().map(|level| std::mem::take(&mut level.value)).collect()),
+                range: chained(at.iter_mut().map(|level| std::mem::take(&mut level.range)).collect()),
+                bricks: chained(at.iter_mut().map(|level| std::mem::take(&mut level.bricks)).collect()),
+            }
+        };
+        (0..count).map(level).collect()
+    }
+}
+
+/// All parts one behind the other.
+fn chained<T: bytemuck::Pod + Send + Sync>(parts: Vec<Vec<T>>) -> Vec<T> {
+    let mut all = bytemuck::zeroed_vec(parts.iter().map(Vec::len).sum());
+    let mut rest = &mut all[..];
+    let mut places = Vec::with_capacity(parts.len());
+    for part in &parts {
+        let (place, behind) = std::mem::take(&mut rest).split_at_mut(part.len());
+        places.push(place);
+        rest = behind;
+    }
+    places.into_par_iter().zip(parts).for_each(|(place, part)| place.copy_from_slice(&part));
+    all
+}
+
 impl Octree {
     /// Number of blocks, which is the number of interior cells, the root included.
     pub fn interior_count(&self) -> usize {
@@ -80,5 +113,24 @@ impl Octree {
     /// Non-empty leaves by depth; index 0 is depth 0 and always 0.
     pub fn leaves_by_depth(&self) -> Vec<usize> {
         std::iter::once(0).chain(self.levels.iter().map(|l| l.value.len())).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_join_level_by_level_in_order() {
+        let level = |blocks: std::ops::Range<u8>| Level {
+            interior: blocks.clone().collect(),
+            leaf: blocks.clone().map(|b| !b).collect(),
+            value: blocks.clone().map(f32::from).collect(),
+            range: blocks.clone().map(|b| [f32::from(b), 9.0]).collect(),
+            bricks: blocks.map(|b| Brick([u32::from(b); 15])).collect(),
+        };
+        let joined =
+            Level::joined(vec![vec![level(0..2)], vec![], vec![level(2..3), level(0..4), level(0..1)], vec![level(3..3), level(4..6)]]);
+        assert!(joined == [level(0..3), level(0..6), level(0..1)]);
     }
 }

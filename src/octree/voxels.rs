@@ -16,6 +16,9 @@ const AT_POINT: f64 = 1e-6;
 /// A direction whose other components are below this part of its length goes along an axis.
 const ALONG_AXIS: f64 = 1e-9;
 
+/// Values that are normalised together.
+const LANES: usize = 4;
+
 /// Steps along each side of a block of the finest level of [`Bounds`].
 const BLOCK: usize = 4;
 
@@ -91,6 +94,27 @@ impl<'a, V: Voxel> Voxels<'a, V> {
     #[inline(always)]
     pub fn at_point(&self, point: [usize; 3]) -> f32 {
         self.normalize(self.values[self.index(point)])
+    }
+
+    /// Copies the normalised values at `count` points from one on along x. What comes behind them in `to` may be anything.
+    #[inline(always)]
+    pub fn copy_row<const W: usize>(&self, first: [usize; 3], count: usize, to: &mut [f32; W]) {
+        let start = self.index(first);
+        let wide = count.next_multiple_of(LANES).min(W);
+        if self.strides[0] != 1 {
+            let place = |x: usize| (start as isize + x as isize * self.strides[0]) as usize;
+            to.iter_mut().take(count).enumerate().for_each(|(x, to)| *to = self.normalize(self.values[place(x)]));
+        } else if let Some(from) = self.values.get(start..start + wide) {
+            // A fixed number at a time, though some are not asked for.
+            for (to, from) in to.as_chunks_mut::<LANES>().0.iter_mut().zip(from.as_chunks::<LANES>().0) {
+                for i in 0..LANES {
+                    to[i] = self.normalize(from[i]);
+                }
+            }
+        } else {
+            let from = &self.values[start..start + count];
+            to.iter_mut().zip(from).for_each(|(to, &value)| *to = self.normalize(value));
+        }
     }
 
     #[inline(always)]
