@@ -23,7 +23,7 @@ pub struct InfoCommand {
 impl InfoCommand {
     /// Reads the mesh or volume and says what it holds.
     pub fn run(self) -> Result<()> {
-        let mesh = match read_data(&self.mesh, &self.volume)? {
+        let mesh = match read_data(&self.mesh, &self.volume, false)? {
             Data::Mesh(mesh) => mesh,
             Data::Grid(grid) => return Ok(describe_volume(&mut io::stdout().lock(), &grid)?),
         };

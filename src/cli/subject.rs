@@ -2,9 +2,9 @@
 
 use super::args::{MeshArgs, RawArgs};
 use super::long_work::with_bar;
-use crate::format::{self, Data, ReadOptions};
+use crate::format::{self, Data, ReadOptions, SolutionFile};
 use crate::geometry::{Aabb, Placed};
-use crate::mesh::{BoundarySurface, Component, ScalarField, TetMesh};
+use crate::mesh::{BoundarySurface, ScalarField, TetMesh};
 use crate::octree::{Octree, OctreeParams, grid_working_bytes, regularize, regularize_grid};
 use crate::volume::Grid;
 use anyhow::Result;
@@ -23,7 +23,7 @@ pub enum Subject {
 impl Subject {
     /// Reads the file that the arguments name and picks the field.
     pub fn read(args: &MeshArgs, raw: &RawArgs) -> Result<Self> {
-        Ok(match read_data(args, raw)? {
+        Ok(match read_data(args, raw, true)? {
             Data::Mesh(mesh) => {
                 let field = args.field(&mesh)?;
                 Subject::Mesh(mesh, field)
@@ -87,13 +87,12 @@ impl Placed for Subject {
     }
 }
 
-/// Reads the file that the arguments name, or the bundled mesh.
-pub fn read_data(args: &MeshArgs, raw: &RawArgs) -> Result<Data> {
+/// Reads the file that the arguments name, or the bundled mesh. `needs_solution`: a PLOT3D grid without one is an error.
+pub fn read_data(args: &MeshArgs, raw: &RawArgs, needs_solution: bool) -> Result<Data> {
     let Some(path) = &args.mesh else { return Ok(Data::Mesh(args.read()?)) };
-    let component = match args.component {
-        Component::Magnitude => None,
-        Component::Index(index) => Some(index),
-    };
-    let options = ReadOptions { array: args.array.clone(), component, raw: raw.layout(), memory_bytes: args.budget_bytes() };
+    let mut options = ReadOptions { raw: raw.layout(), ..args.options() };
+    if !needs_solution && options.solution == SolutionFile::Beside {
+        options.solution = SolutionFile::IfBeside;
+    }
     with_bar(|progress| format::read(path, &options, progress))
 }
