@@ -59,7 +59,7 @@ impl MeshArgs {
             Component::Index(index) => Some(index),
         };
         let solution = self.solution.clone().map_or(SolutionFile::Beside, SolutionFile::At);
-        ReadOptions { array: self.array.clone(), component, raw: None, memory_bytes: self.budget_bytes(), solution }
+        ReadOptions { array: self.array.clone(), component, memory_bytes: self.budget_bytes(), solution, ..Default::default() }
     }
 
     /// Picks the field.

@@ -79,6 +79,9 @@ pub struct ReadOptions {
     pub raw: Option<RawLayout>,
     /// Bytes that the values of a volume may take in memory.
     pub memory_bytes: u64,
+    /// Raw numbers of a volume that take so many bytes or more stay in their file, which is mapped, if they can: see
+    /// [`Numbers`](crate::volume::Numbers). Fewer do only if memory lacks.
+    pub map_from_bytes: u64,
     /// Where the solution of a PLOT3D grid lies.
     pub solution: SolutionFile,
 }
@@ -97,7 +100,8 @@ pub enum SolutionFile {
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        ReadOptions { array: None, component: None, raw: None, memory_bytes: u64::MAX, solution: SolutionFile::Beside }
+        let map_from_bytes = 64 << 20;
+        ReadOptions { array: None, component: None, raw: None, memory_bytes: u64::MAX, map_from_bytes, solution: SolutionFile::Beside }
     }
 }
 

@@ -160,7 +160,9 @@ fn nrrd_directions_origins_and_vectors() {
 fn what_is_written_as_nrrd_comes_back() {
     let steps = DMat3::from_cols(DVec3::new(0.0, 2.0, 0.1), DVec3::new(-1.0, 0.0, 0.0), DVec3::new(0.0, 0.0, 3.5));
     let frame = GridFrame { dims: [3, 2, 2], origin: DVec3::new(0.1, -1e-9, 3e7), steps };
-    for samples in [Samples::I16(VALUES.map(|v| v as i16 - 300).to_vec()), Samples::F64(VALUES.map(|v| v as f64 / 7.0).to_vec())] {
+    for samples in
+        [Samples::I16(VALUES.map(|v| v as i16 - 300).to_vec().into()), Samples::F64(VALUES.map(|v| v as f64 / 7.0).to_vec().into())]
+    {
         let written = Grid::new(frame, "a\nb".into(), samples).expect("valid");
         for name in ["a.nrrd", "b.nhdr"] {
             let folder = folder(&[]);
@@ -412,7 +414,7 @@ impl ReplaceAll for Vec<u8> {
 #[test]
 fn formats_are_told_by_content_whatever_the_suffix() {
     let data = nrrd("dimension: 3\nsizes: 3 2 2");
-    assert_eq!(grid(&[("a.data", &data)]).samples(), &Samples::U8(VALUES.map(|v| v as u8).to_vec()));
+    assert_eq!(grid(&[("a.data", &data)]).samples(), &Samples::U8(VALUES.map(|v| v as u8).to_vec().into()));
     let folder = folder(&[("a.nrrd", &data)]);
     let error = read_mesh(&folder.path().join("a.nrrd"), &Progress::new()).expect_err("no mesh").to_string();
     assert!(error.contains("is a regular volume (NRRD), expected a tetrahedral mesh"), "{error}");
@@ -455,4 +457,52 @@ fn damaged_files_give_errors_and_no_panic() {
             let _ = read_source(&source, Path::new(name), &options, &Progress::new());
         }
     }
+}
+
+#[test]
+fn raw_numbers_stay_in_their_file_where_they_can() {
+    let head = |type_name: &str, endian: &str| {
+        format!("NRRD0004\ntype: {type_name}\nendian: {endian}\ndimension: 3\nsizes: 3 2 2\nencoding: raw\ndata file: a.raw\n")
+    };
+    let floats = |big: bool| bytes("f32", &VALUES, big);
+    let all = ReadOptions { map_from_bytes: 0, ..Default::default() };
+    let mapped = |files: &[(&str, &[u8])], options: &ReadOptions| {
+        let folder = folder(files);
+        let grid = read_from(&folder, files[0].0, options).expect("sound");
+        assert_eq!(numbers(&grid), VALUES.map(|v| v as f64));
+        (grid.samples().is_mapped(), grid.bytes())
+    };
+    let (native, other) = if cfg!(target_endian = "big") { ("big", "little") } else { ("little", "big") };
+    let own = |endian: &str| floats(endian == "big");
+    assert_eq!(mapped(&[("a.nhdr", head("float", native).as_bytes()), ("a.raw", &own(native))], &all), (true, 0));
+    assert_eq!(mapped(&[("a.nhdr", head("float", other).as_bytes()), ("a.raw", &own(other))], &all), (false, 48), "another byte order");
+    assert_eq!(mapped(&[("a.nhdr", head("uint8", other).as_bytes()), ("a.raw", &bytes("u8", &VALUES, true))], &all), (true, 0));
+    assert!(!mapped(&[("a.nhdr", head("int64", native).as_bytes()), ("a.raw", &bytes("i64", &VALUES, native == "big"))], &all).0);
+    let sound = [("a.nhdr", head("float", native)), ("a.raw", String::new())];
+    let files = [(sound[0].0, sound[0].1.as_bytes()), ("a.raw", &own(native)[..])];
+    assert!(!mapped(&files, &ReadOptions::default()).0, "a small file is read");
+    let budget = ReadOptions { memory_bytes: 40, ..Default::default() };
+    assert_eq!(mapped(&files, &budget), (true, 0), "but for want of memory");
+
+    // Behind a header numbers may lie askew.
+    for padding in ["", " ", "  ", "   "] {
+        let head = format!("NRRD0004\n#{padding}\ntype: float\nendian: {native}\ndimension: 3\nsizes: 3 2 2\nencoding: raw\n\n");
+        let file = [head.as_bytes(), &own(native)].concat();
+        assert_eq!(mapped(&[("a.nrrd", &file)], &all).0, head.len().is_multiple_of(4), "{padding:?}");
+    }
+    let layout = RawLayout { dims: [3, 2, 2], voxel: "f32", spacing: [1.0; 3], is_big_endian: native == "big" };
+    assert!(mapped(&[("a.raw", &own(native))], &ReadOptions { raw: Some(layout), ..all.clone() }).0);
+    let meta = format!(
+        "NDims = 3\nDimSize = 3 2 2\nBinaryDataByteOrderMSB = {}\nElementType = MET_FLOAT\nElementDataFile = a.raw\n",
+        native == "big"
+    );
+    assert!(mapped(&[("a.mhd", meta.as_bytes()), ("a.raw", &own(native))], &all).0);
+
+    let mut infinite = own(native);
+    infinite[4..8].copy_from_slice(&f32::INFINITY.to_ne_bytes());
+    let folder = folder(&[("a.nhdr", head("float", native).as_bytes()), ("a.raw", &infinite)]);
+    let grid = read_from(&folder, "a.nhdr", &all).expect("sound");
+    assert!(!grid.samples().is_mapped() && grid.missing() == 1, "what must be changed is copied");
+    drop(grid);
+    assert_eq!(std::fs::read(folder.path().join("a.raw")).expect("there"), infinite, "and the file is left alone");
 }

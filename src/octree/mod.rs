@@ -4,6 +4,7 @@
 
 mod bound;
 mod brick;
+mod grid_bound;
 mod lattice;
 mod params;
 mod procedural;
@@ -11,15 +12,18 @@ mod regularize;
 mod regularize_grid;
 mod resolve;
 mod sampling;
+mod subject;
 mod texture;
 mod tree;
 mod voxels;
 
 pub use bound::{ErrorBound, error_bound};
 pub use brick::{BRICK_WORDS, Brick, LATTICE, trilinear};
+pub use grid_bound::grid_error_bound;
 pub use params::{Boundary, OctreeParams, ParamsError, Preset, Reconstruction, Sampling};
 pub use procedural::CellKind;
 pub use regularize::{RegularizeError, regularize, working_bytes};
 pub use regularize_grid::{grid_working_bytes, regularize_grid};
+pub use subject::Subject;
 pub use texture::{Node, OctreeTexture, TextureError};
 pub use tree::{Level, Octree, Unmet};

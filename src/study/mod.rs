@@ -4,6 +4,7 @@ mod builds;
 mod chart;
 mod error;
 mod frames;
+mod grid_error;
 pub mod tune;
 
 pub use builds::{Build, BuildError, PaperTable, thresholds_for};
