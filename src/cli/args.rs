@@ -119,6 +119,16 @@ impl RawArgs {
         let voxel = RawLayout::TYPES.into_iter().find(|name| Some(*name) == self.voxel.as_deref())?;
         Some(RawLayout { dims: self.dims?, voxel, spacing: self.spacing.unwrap_or([1.0; 3]), is_big_endian: self.big_endian })
     }
+
+    /// The flags again.
+    pub fn flags(&self) -> Vec<String> {
+        fn joined<T: ToString>(numbers: [T; 3]) -> String {
+            numbers.map(|n| n.to_string()).join(",")
+        }
+        let flags = [("--dims", self.dims.map(joined)), ("--type", self.voxel.clone()), ("--spacing", self.spacing.map(joined))];
+        let with_values = flags.into_iter().filter_map(|(flag, value)| Some([flag.to_owned(), value?])).flatten();
+        with_values.chain(self.big_endian.then(|| "--big-endian".to_owned())).collect()
+    }
 }
 
 /// The subdivision thresholds.

@@ -9,7 +9,7 @@ use crate::image::{Background, write_npy, write_png};
 use crate::octree::{ErrorBound, OctreeTexture, Subject, Unmet};
 use crate::render::{Renderer, Scene};
 use crate::study::{ErrorSampling, FieldError};
-use anyhow::{Result, bail};
+use anyhow::{Error, Result, anyhow};
 use clap::Args;
 use glam::DVec3;
 use serde_json::json;
@@ -88,10 +88,7 @@ impl RenderCommand {
     fn scene(&self, renderer: &Renderer, subject: &Subject, report: &mut Report) -> Result<Scene> {
         if self.view.renderer == RendererArg::Exact {
             let Subject::Mesh(mesh, field) = subject else {
-                bail!(
-                    "{}: --renderer exact draws tetrahedral meshes; this is a volume, which --renderer octree draws",
-                    self.mesh.shown_name()
-                );
+                return Err(no_exact_volume(&self.mesh));
             };
             let scene = with_bar(|progress| renderer.exact_scene(mesh, field, progress))?;
             if let Some(reason) = scene.fell_back() {
@@ -125,6 +122,11 @@ impl RenderCommand {
         report.set("time", "upload", upload_s);
         Ok(scene)
     }
+}
+
+/// Why a volume is not drawn exactly.
+pub fn no_exact_volume(args: &MeshArgs) -> Error {
+    anyhow!("{}: --renderer exact draws tetrahedral meshes; this is a volume, which --renderer octree draws", args.shown_name())
 }
 
 /// Measures how far the octree is from the field, and bounds it where that can be; reports both.

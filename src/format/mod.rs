@@ -29,8 +29,10 @@ use vtu::VtuError;
 #[rustfmt::skip]
 pub const FORMATS: &[Format] = &[
     Format { name: "VTK XML unstructured grid", suffixes: &["vtu"], recognizes: is_vtu, reader: Reader::Mesh(vtu::read) },
+    Format { name: "VTK XML structured grid", suffixes: &["vts"], recognizes: vtu::structured::recognizes_structured, reader: Reader::Mesh(vtu::structured::read_structured) },
+    Format { name: "VTK XML rectilinear grid", suffixes: &["vtr"], recognizes: vtu::structured::recognizes_rectilinear, reader: Reader::Mesh(vtu::structured::read_rectilinear) },
     Format { name: "VTK XML image data", suffixes: &["vti"], recognizes: vti::recognizes, reader: Reader::Grid(vti::read) },
-    Format { name: "VTK legacy structured points", suffixes: &["vtk"], recognizes: legacy_vtk::recognizes, reader: Reader::Grid(legacy_vtk::read) },
+    Format { name: "VTK legacy structured points, structured or rectilinear grid", suffixes: &["vtk"], recognizes: legacy_vtk::recognizes, reader: Reader::Either(legacy_vtk::read) },
     Format { name: "NRRD", suffixes: &["nrrd", "nhdr"], recognizes: nrrd::recognizes, reader: Reader::Grid(nrrd::read) },
     Format { name: "PLOT3D", suffixes: plot3d::SUFFIXES, recognizes: |_| false, reader: Reader::Structured(plot3d::read) },
     Format { name: "MetaImage", suffixes: &["mhd", "mha"], recognizes: meta_image::recognizes, reader: Reader::Grid(meta_image::read) },
@@ -56,6 +58,14 @@ enum Reader {
     Mesh(fn(&Source<'_>, &Progress) -> Result<MeshParts, VtuError>),
     Grid(fn(&GridFile<'_>, &Progress) -> Result<Grid, VolumeError>),
     Structured(fn(&GridFile<'_>, &Progress) -> Result<MeshParts, Plot3dError>),
+    Either(fn(&GridFile<'_>, &Progress) -> Result<Found, VolumeError>),
+}
+
+/// What a reader of either found.
+#[derive(Debug)]
+enum Found {
+    Mesh(MeshParts),
+    Grid(Grid),
 }
 
 /// What a file holds.
@@ -141,7 +151,7 @@ pub enum Problem {
     #[error("is {0}, which has its arrays in itself; a solution belongs to a PLOT3D grid")]
     NoUseForSolution(&'static str),
     /// It is a volume where a mesh is needed.
-    #[error("is a regular volume ({0}), expected a tetrahedral mesh; octetra render, regularize and info take volumes")]
+    #[error("is a regular volume ({0}), expected a tetrahedral mesh; octetra render, view, tune, regularize and info take volumes")]
     IsVolume(&'static str),
 }
 
@@ -209,22 +219,34 @@ fn read_source(source: &Source<'_>, path: &Path, options: &ReadOptions, progress
         return Ok(Data::Grid(raw::read(&file, layout, progress)?));
     }
     let format = format_of(source, path)?;
-    match format.reader {
-        Reader::Grid(_) if matches!(options.solution, SolutionFile::At(_)) => Err(Problem::NoUseForSolution(format.name)),
-        Reader::Grid(read) => Ok(Data::Grid(read(&file, progress)?)),
-        Reader::Mesh(_) | Reader::Structured(_) => Ok(Data::Mesh(read_mesh_source(source, path, options, progress)?)),
+    check_solution(format, options)?;
+    let found = match format.reader {
+        Reader::Grid(read) => Found::Grid(read(&file, progress)?),
+        Reader::Mesh(read) => Found::Mesh(read(source, progress)?),
+        Reader::Structured(read) => Found::Mesh(read(&file, progress)?),
+        Reader::Either(read) => read(&file, progress)?,
+    };
+    match found {
+        Found::Grid(grid) => Ok(Data::Grid(grid)),
+        Found::Mesh(parts) => Ok(Data::Mesh(TetMesh::new(parts)?)),
     }
 }
 
 fn read_mesh_source(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &Progress) -> Result<TetMesh, Problem> {
     let format = format_of(source, path)?;
-    let parts = match format.reader {
-        Reader::Structured(read) => read(&GridFile { source, path, options }, progress)?,
-        Reader::Grid(_) => return Err(Problem::IsVolume(format.name)),
-        Reader::Mesh(_) if matches!(options.solution, SolutionFile::At(_)) => return Err(Problem::NoUseForSolution(format.name)),
-        Reader::Mesh(read) => read(source, progress)?,
-    };
-    Ok(TetMesh::new(parts)?)
+    if matches!(format.reader, Reader::Grid(_)) {
+        return Err(Problem::IsVolume(format.name));
+    }
+    match read_source(source, path, &ReadOptions { raw: None, ..options.clone() }, progress)? {
+        Data::Mesh(mesh) => Ok(mesh),
+        Data::Grid(_) => Err(Problem::IsVolume(format.name)),
+    }
+}
+
+/// Only PLOT3D has its arrays in a second file.
+fn check_solution(format: &Format, options: &ReadOptions) -> Result<(), Problem> {
+    let has_use = matches!(format.reader, Reader::Structured(_)) || !matches!(options.solution, SolutionFile::At(_));
+    if has_use { Ok(()) } else { Err(Problem::NoUseForSolution(format.name)) }
 }
 
 fn format_of(source: &Source<'_>, path: &Path) -> Result<&'static Format, Problem> {

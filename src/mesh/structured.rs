@@ -17,6 +17,9 @@ const ODD: [[usize; 4]; 5] = [[1, 3, 0, 5], [0, 3, 2, 6], [0, 5, 6, 4], [3, 6, 5
 pub struct StructuredBlock {
     /// Points along each axis, the first fastest. With fewer than 2 along one it has no cells.
     pub dims: [usize; 3],
+    /// Whether the first cell is split as one whose place along the axes sums to an odd number: set so that blocks that were cut from one have
+    /// the same diagonals where they meet.
+    pub starts_odd: bool,
     /// Whether a point does not count, one a point or none at all: cells with such a corner are left out.
     pub blanked: Vec<bool>,
     /// Whether a cell does not count, one a cell or none at all.
@@ -26,7 +29,7 @@ pub struct StructuredBlock {
 impl StructuredBlock {
     /// A block of which all counts.
     pub fn new(dims: [usize; 3]) -> Self {
-        StructuredBlock { dims, blanked: vec![], blanked_cells: vec![] }
+        StructuredBlock { dims, starts_odd: false, blanked: vec![], blanked_cells: vec![] }
     }
 
     /// How many points it has.
@@ -51,7 +54,7 @@ impl StructuredBlock {
                 let cell = i + cx * (j + cy * k);
                 let is_blanked = corners.iter().any(|&c| self.blanked.get(c) == Some(&true)) || self.blanked_cells.get(cell) == Some(&true);
                 if !is_blanked {
-                    let split = if (i + j + k) % 2 == 0 { &EVEN } else { &ODD };
+                    let split = if (i + j + k + usize::from(self.starts_odd)).is_multiple_of(2) { &EVEN } else { &ODD };
                     tets.extend(split.iter().map(|tet| (tet.map(|c| first + corners[c] as u32), cell as u32)));
                 }
             }

@@ -145,10 +145,14 @@ fn first_numbers(file: &File<'_>, kind: Kind, layout: Layout) -> Result<Option<(
     Ok(numbers.map(|numbers| (numbers, at)))
 }
 
-/// The header whose length is the file's.
+/// The header whose length is the file's. Where record marks are as they should be, they are no dimensions that happen to fit too: the marks of
+/// a number of blocks, 4 and 4, are also a block of 4 x n x 4 points.
 pub(super) fn grid_header(file: &File<'_>) -> Result<Header, Plot3dError> {
     let all = headers(file, Kind::Grid)?;
     let mut fitting: Vec<Header> = all.iter().filter(|header| header.expected == u128::from(file.len())).cloned().collect();
+    if fitting.iter().any(|header| header.layout.has_records) {
+        fitting.retain(|header| header.layout.has_records);
+    }
     match fitting.len() {
         1 => Ok(fitting.remove(0)),
         0 => Err(misfit(file, &all)),

@@ -309,6 +309,7 @@ fn what_is_no_grid_is_refused() {
     );
     let sheet = written(PLAIN, &[vec![N::Int(5), N::Int(5), N::Int(1)], vec![N::Float(0.0); 75]]);
     assert_refused(&[("a.x", &sheet), ("a.q", &[])], "holds 5 x 5 x 1 points, expected a block with at least 2 points along each axis");
+    assert_refused(&[("a.x", b"1 1 1 1 0 0 0")], "can be read in several ways, expected one: 1 x 1 x 1 points (7 with iblank); ");
     let bomb = b"2 2 2 999999999*0".to_vec();
     let options = ReadOptions { memory_bytes: 1 << 20, ..Default::default() };
     assert!(opened(&[("a.x", &bomb)], &options).is_err_and(|error| error.contains("budget of 1048576 bytes")));
