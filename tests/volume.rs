@@ -148,17 +148,17 @@ fn the_command_says_how_far_the_octree_is_from_a_volume() {
         String::from_utf8(output.stdout).expect("text")
     };
     done(&["generate", "shell", "--dims", "40", "-o", "shell.nhdr"]);
-    let said = done(&["regularize", "shell.nhdr", "--stats", "s.json"]);
+    let said = done(&["regularize", "shell.nhdr", "--max-depth", "5", "--stats", "s.json"]);
     assert!(said.contains("error    rmse ") && said.contains("bound    "), "{said}");
-    done(&["render", "shell.nhdr", "--size", "32", "--device", "cpu", "--stats", "r.json"]);
+    done(&["render", "shell.nhdr", "--max-depth", "5", "--size", "32", "--device", "cpu", "--stats", "r.json"]);
     let stats = |name: &str| -> serde_json::Value {
         serde_json::from_str(&std::fs::read_to_string(folder.path().join(name)).expect("a file")).expect("JSON")
     };
     for stats in [stats("s.json"), stats("r.json")] {
         let error = |key: &str| stats["error"][key].as_f64().unwrap_or_else(|| panic!("error.{key} is a number"));
         assert!(0.0 < error("rmse_rel") && error("rmse_rel") < error("p99_rel") && error("max_rel") <= error("bound_rel"));
-        // The bound is the largest error itself, and the tolerance is met in the sense in which large leaves are held to less.
-        assert!(error("bound_rel") < 1.3 * error("max_rel") && error("bound_rel") < 0.2, "{}", stats["error"]);
+        // Leaves of two steps cannot follow the wall. The bound is the largest error itself.
+        assert!(error("bound_rel") < 1.2 * error("max_rel") && error("max_rel") > 0.1, "{}", stats["error"]);
         assert_eq!((error("points"), error("uncovered")), (f64::from(1 << 20), 0.0));
         assert!(stats["time"]["error"].is_number() && stats["time"]["bound"].is_number() && stats["volume"]["mapped"] == false);
     }
