@@ -6,6 +6,9 @@ use super::{File, Plot3dError};
 /// No file has more points along an axis than this; larger numbers are those of another layout.
 const LONGEST: u64 = 1 << 24;
 
+/// No file has more blocks than this.
+const MOST_BLOCKS: i64 = 1 << 16;
+
 /// Which of the three kinds of files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -135,8 +138,7 @@ fn first_numbers(file: &File<'_>, kind: Kind, layout: Layout) -> Result<Option<(
     let blocks = match layout.is_multi {
         false => 1,
         true => match take(1)?.as_deref() {
-            // What is not there cannot be blocks.
-            Some(&[n]) if n >= 1 && (n as u64) * kind.numbers() as u64 <= file.len() => n as u64,
+            Some(&[n]) if (1..=MOST_BLOCKS).contains(&n) => n as u64,
             _ => return Ok(None),
         },
     };

@@ -214,6 +214,10 @@ pub(super) fn partners(grid: &Path) -> Vec<PathBuf> {
         }
     }
     all.extend(SOLUTIONS.map(|suffix| grid.with_extension(suffix)));
+    // Names in capitals have capital partners.
+    if suffix.chars().any(|c| c.is_ascii_uppercase()) {
+        all.extend(SOLUTIONS.map(|suffix| grid.with_extension(suffix.to_uppercase())));
+    }
     all
 }
 

@@ -226,6 +226,7 @@ fn the_two_files_find_each_other_by_name() {
         assert_eq!(mesh(&[(name, &g), (other, &s)]).point_data().len(), 3, "{name} with {other}");
         assert_eq!(mesh(&[(other, &s), (name, &g)]).point_data().len(), 3, "{other} with {name}");
     }
+    assert_eq!(mesh(&[("A.XYZ", &g), ("A.Q", &s)]).point_data().len(), 3, "in capitals");
     let names = |mesh: &TetMesh| mesh.point_data().iter().map(|a| a.name.clone()).collect::<Vec<_>>();
     assert_eq!(names(&mesh(&[("a.x", &g), ("a.f", &f)])), ["Function0", "Function1"]);
     assert_eq!(names(&mesh(&[("a.x", &g), ("a.f", &f), ("a.q", &s)]))[0], "Density", "the solution comes first");
