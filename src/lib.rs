@@ -1,5 +1,6 @@
 //! octetra shows what is inside a tetrahedral mesh. It turns the mesh into an adaptive octree texture, ray-marches it on the GPU with a
-//! step that follows the octree's depth, and stands an exact renderer of the mesh itself beside it. Regular volumes go the same way.
+//! step that follows the octree's depth, and stands an exact renderer of the mesh itself beside it. Regular volumes go the same way, but for
+//! the exact renderer; curvilinear grids of hexahedra become tets when they are read. [`octree::Subject`] is a field on a mesh or a volume.
 //!
 //! # The flow
 //!
@@ -12,7 +13,7 @@
 //!                   ├─CompactMesh─gpu (tet by tet, f32)────────────────────────────────────────────────────────▶ Image
 //!                   └─exact (ray by ray, f64)──────────────────────────────────────────────────────────────────▶ Image
 //!
-//! Image, Image ─compare─▶ numbers, difference map;  TetMesh, OctreeTexture ─study::FieldError, octree::error_bound─▶ the stated error
+//! Image, Image ─compare─▶ numbers, difference map;  Subject, OctreeTexture ─study::FieldError, octree::error_bound─▶ the stated error
 //!
 //! View = Camera + TransferFunction + RenderSettings goes into every renderer and decides everything else about an image
 //! ```

@@ -6,10 +6,11 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use octetra::app::{Options, Viewer, wgpu_setup};
 use octetra::mesh::generate::{Shape, plan};
 use octetra::mesh::{Component, FieldSelection, ScalarField, TetMesh, collect};
-use octetra::octree::{Boundary, OctreeParams, Preset, Reconstruction};
+use octetra::octree::{Boundary, OctreeParams, Preset, Reconstruction, Subject};
 use octetra::study::{ErrorSampling, FieldError};
 use octetra::view::{Camera, RenderSettings, TransferFunction, View};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 const SIZE: egui::Vec2 = egui::vec2(640.0, 420.0);
@@ -28,13 +29,12 @@ fn ball() -> TetMesh {
 
 fn options(folder: &Path) -> Options {
     let mesh = ball();
-    let array = ScalarField::select(&mesh, &FieldSelection::default()).expect("a ball has a field").name;
+    let field = ScalarField::select(&mesh, &FieldSelection::default()).expect("a ball has a field");
     let camera = Camera::orbit(mesh.bounds().translated(mesh.center()), 0, 1.2);
     let transfer_function = TransferFunction::preset("viridis").expect("a preset");
     Options {
         name: "ball".into(),
-        mesh,
-        array,
+        subject: Subject::Mesh(Arc::new(mesh), Arc::new(field)),
         component: Component::Magnitude,
         view: View { camera, transfer_function, settings: RenderSettings::new(64, 64) },
         params: OctreeParams { max_depth: 5, ..OctreeParams::default() },
@@ -351,4 +351,34 @@ fn what_cannot_be_opened_is_said_and_the_mesh_stays() {
     assert!(window.state().status().contains("broken.vtu"), "{}", window.state().status());
     let back = rms(&before, &picture(&mut window));
     assert!(back < SAME, "{back} levels");
+}
+
+#[test]
+fn a_volume_takes_the_meshes_place_and_has_no_exact_picture() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("shell.nhdr");
+    let shell = octetra::volume::generate::shell(33).expect("valid");
+    octetra::format::nrrd::write(&path, &shell, &octetra::progress::Progress::new()).expect("written");
+    let mut window = open(folder.path());
+    window.key_press(egui::Key::E); // from the exact picture of the mesh
+    settle(&mut window);
+    let ctx = window.ctx.clone();
+    window.state_mut().open(&ctx, path);
+    let error = measured(&mut window);
+    assert!(window.state().status().contains("shell"), "{}", window.state().status());
+    window.get_by_role_and_label(Role::Label, "33 x 33 x 33 of u8");
+    assert!(window.query_by_label("Sampling").is_none(), "a volume's samples are its own values");
+    let shown = picture(&mut window);
+    let lit = shown.iter().filter(|pixel| pixel.iter().any(|&v| v > 20)).count();
+    assert!(lit * 20 > shown.len(), "{lit} of {} pixels", shown.len());
+
+    window.key_press(egui::Key::E);
+    settle(&mut window);
+    assert!(window.state().status().contains("this is a volume"), "{}", window.state().status());
+    assert!(rms(&shown, &picture(&mut window)) < SAME, "the octree's picture stays");
+
+    window.state_mut().set_params(OctreeParams { max_depth: 3, ..OctreeParams::default() });
+    settle(&mut window);
+    let coarse = measured(&mut window);
+    assert!(coarse.by_volume.rmse_rel > 2.0 * error.by_volume.rmse_rel, "{coarse:?}, before {error:?}");
 }

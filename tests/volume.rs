@@ -9,6 +9,7 @@ use octetra::render::{DeviceChoice, Renderer, Scene};
 use octetra::view::{Camera, Projection, RenderSettings, TransferFunction, View};
 use octetra::volume::{Grid, GridFrame, Samples};
 use std::path::Path;
+use std::process::Command;
 
 fn grid(frame: GridFrame, value: impl Fn(DVec3) -> f64) -> Grid {
     let [nx, ny, nz] = frame.dims;
@@ -133,6 +134,56 @@ fn gpu_and_cpu_draw_the_same() {
             assert!(worst <= 1.0 / 255.0 && covered > 400, "{worst}, {covered} covered");
         }
     }
+}
+
+#[test]
+fn the_command_says_how_far_the_octree_is_from_a_volume() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let octetra = |args: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_octetra")).current_dir(folder.path()).args(args).output().expect("the program starts")
+    };
+    let done = |args: &[&str]| {
+        let output = octetra(args);
+        assert!(output.status.success(), "octetra {args:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    done(&["generate", "shell", "--dims", "40", "-o", "shell.nhdr"]);
+    let said = done(&["regularize", "shell.nhdr", "--max-depth", "5", "--stats", "s.json"]);
+    assert!(said.contains("error    rmse ") && said.contains("bound    "), "{said}");
+    done(&["render", "shell.nhdr", "--max-depth", "5", "--size", "32", "--device", "cpu", "--stats", "r.json"]);
+    let stats = |name: &str| -> serde_json::Value {
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join(name)).expect("a file")).expect("JSON")
+    };
+    for stats in [stats("s.json"), stats("r.json")] {
+        let error = |key: &str| stats["error"][key].as_f64().unwrap_or_else(|| panic!("error.{key} is a number"));
+        assert!(0.0 < error("rmse_rel") && error("rmse_rel") < error("p99_rel") && error("max_rel") <= error("bound_rel"));
+        // Leaves of two steps cannot follow the wall. The bound is the largest error itself.
+        assert!(error("bound_rel") < 1.2 * error("max_rel") && error("max_rel") > 0.1, "{}", stats["error"]);
+        assert_eq!((error("points"), error("uncovered")), (f64::from(1 << 20), 0.0));
+        assert!(stats["time"]["error"].is_number() && stats["time"]["bound"].is_number() && stats["volume"]["mapped"] == false);
+    }
+
+    let tuned = done(&["tune", "shell.nhdr", "--quick", "--depths", "4,5", "--size", "24", "--device", "cpu", "--json", "t.json"]);
+    assert!(tuned.contains("field dB") && tuned.contains("64000 voxels") && tuned.contains("octetra render shell.nhdr"), "{tuned}");
+    assert!(stats("t.json")["rows"].as_array().is_some_and(|rows| rows.iter().all(|row| row["psnr_db_by_view"] == serde_json::json!([]))));
+    let raw = ["shell.raw", "--dims", "40,40,40", "--type", "u8", "--spacing", "0.5,0.5,0.5"];
+    let tuned = done(&[&["tune", "--quick", "--depths", "4", "--size", "24", "--device", "cpu"], &raw[..]].concat());
+    assert!(tuned.contains("octetra render shell.raw --dims 40,40,40 --type u8 --spacing 0.5,0.5,0.5 --max-depth 4"), "{tuned}");
+
+    for (args, expected) in [
+        (&["render", "shell.nhdr", "--renderer", "exact"][..], "--renderer exact draws tetrahedral meshes"),
+        (&["view", "shell.nhdr", "--renderer", "exact"], "--renderer exact draws tetrahedral meshes"),
+        (&["bench", "shell.nhdr"], "is a regular volume (NRRD), expected a tetrahedral mesh"),
+        (&["render", "shell.nhdr", "--solution", "shell.raw"], "a solution belongs to a PLOT3D grid"),
+        (&["render", "shell.nhdr", "--memory", "100KiB"], "raise it with --memory"),
+    ] {
+        let output = octetra(args);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(1) && error.contains("shell.nhdr") | error.contains("64000 voxels"), "{args:?}: {error}");
+        assert!(error.contains(expected), "{args:?}: {error}");
+    }
+    // 64 000 bytes do not fit the budget, so that they stay in their file.
+    assert!(done(&["info", "shell.nhdr", "--memory", "60KiB"]).contains("mapped from the file"));
 }
 
 #[test]

@@ -26,8 +26,8 @@ mod viewer;
 mod viewport;
 mod widgets;
 
-use crate::mesh::{Component, TetMesh};
-use crate::octree::OctreeParams;
+use crate::mesh::Component;
+use crate::octree::{OctreeParams, Subject};
 use crate::study::ErrorSampling;
 use crate::view::View;
 use anyhow::{Result, anyhow, bail};
@@ -38,12 +38,10 @@ pub use viewport::wgpu_setup;
 /// What the window opens on.
 #[derive(Debug)]
 pub struct Options {
-    /// What the mesh is called: title and name of screenshots.
+    /// What the mesh or volume is called: title and name of screenshots.
     pub name: String,
-    /// The mesh.
-    pub mesh: TetMesh,
-    /// The array shown first.
-    pub array: String,
+    /// A mesh and the field of it that is shown first, or a volume.
+    pub subject: Subject,
     /// What is taken of a vector.
     pub component: Component,
     /// The first view; its size counts for nothing, the window's does.

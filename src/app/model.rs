@@ -1,27 +1,81 @@
 //! What the window shows, and the long work that makes it: library calls, each to be run by a [`super::jobs::Job`].
 
-use crate::format;
+use crate::format::{self, ReadOptions};
+use crate::geometry::{Aabb, Placed};
 use crate::image::{Background, Image, write_png};
 use crate::mesh::{BoundarySurface, FieldSelection, ScalarField, TetMesh};
-use crate::octree::{Boundary, ErrorBound, OctreeParams, OctreeTexture, Unmet, error_bound, regularize};
+use crate::octree::{Boundary, ErrorBound, OctreeParams, OctreeTexture, Subject, Unmet};
 use crate::progress::Progress;
 use crate::render::{Picture, Renderer, Scene};
 use crate::study::{ErrorSampling, FieldError};
 use crate::view::View;
+use crate::volume::Grid;
 use anyhow::{Context, Result, bail};
+use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// An open mesh.
+/// An open mesh or volume.
 #[derive(Clone)]
 pub struct Document {
     /// The file's stem: title and name of screenshots.
     pub name: String,
-    /// The mesh.
-    pub mesh: Arc<TetMesh>,
+    /// What the file holds.
+    pub data: Data,
     /// The field shown first.
     pub field: FieldSelection,
+}
+
+/// What an open file holds. Copies share it.
+#[derive(Clone)]
+pub enum Data {
+    /// A mesh with all its arrays.
+    Mesh(Arc<TetMesh>),
+    /// A volume of one array.
+    Volume(Arc<Grid>),
+}
+
+impl Data {
+    /// What a subject is of.
+    pub fn of(subject: &Subject) -> Self {
+        match subject {
+            Subject::Mesh(mesh, _) => Data::Mesh(mesh.clone()),
+            Subject::Volume(grid) => Data::Volume(grid.clone()),
+        }
+    }
+
+    /// The mesh, if it is one.
+    pub fn mesh(&self) -> Option<&Arc<TetMesh>> {
+        match self {
+            Data::Mesh(mesh) => Some(mesh),
+            Data::Volume(_) => None,
+        }
+    }
+
+    /// One of its fields; a volume has only its own.
+    fn subject(&self, selection: &FieldSelection) -> Result<Subject> {
+        Ok(match self {
+            Data::Mesh(mesh) => Subject::Mesh(mesh.clone(), Arc::new(ScalarField::select(mesh, selection)?)),
+            Data::Volume(grid) => Subject::Volume(grid.clone()),
+        })
+    }
+}
+
+impl Placed for Data {
+    fn center(&self) -> DVec3 {
+        match self {
+            Data::Mesh(mesh) => mesh.center(),
+            Data::Volume(grid) => grid.center(),
+        }
+    }
+
+    fn bounds(&self) -> Aabb {
+        match self {
+            Data::Mesh(mesh) => mesh.bounds(),
+            Data::Volume(grid) => grid.bounds(),
+        }
+    }
 }
 
 /// A regularized field on the device, and its numbers.
@@ -55,8 +109,10 @@ pub struct OctreeModel {
 pub struct Accuracy {
     /// As measured at random points.
     pub error: FieldError,
-    /// What it exceeds nowhere in the mesh; found after the rest.
+    /// What it exceeds nowhere; found after the rest. There is none for volumes that are turned against the world's axes.
     pub bound: Option<ErrorBound>,
+    /// Whether nothing more will be found.
+    pub is_complete: bool,
 }
 
 /// Steps of an exact picture, in the order in which they come.
@@ -72,43 +128,49 @@ pub enum ExactStep {
     },
 }
 
-/// Reads a mesh and checks that it carries something to show within a budget of memory.
+/// Reads a mesh or a volume and checks that it carries something to show within a budget of memory.
 pub fn open(path: &Path, memory_bytes: u64, progress: &Progress) -> Result<Document> {
-    let mesh = format::read_mesh(path, progress)?;
+    let data = match format::read(path, &ReadOptions { memory_bytes, ..Default::default() }, progress)? {
+        format::Data::Mesh(mesh) => Data::Mesh(Arc::new(mesh)),
+        format::Data::Grid(grid) => Data::Volume(Arc::new(grid)),
+    };
     let at = || path.display().to_string();
-    let field = ScalarField::select(&mesh, &FieldSelection::default()).with_context(at)?;
-    let need = mesh.bytes() as u64 + crate::octree::working_bytes(&mesh);
+    let subject = data.subject(&FieldSelection::default()).with_context(at)?;
+    let need = subject.working_bytes();
     if need > memory_bytes {
         let mib = |bytes: u64| bytes >> 20;
         bail!("{}: regularizing it may take {} MiB, the budget is {} MiB (--memory)", at(), mib(need), mib(memory_bytes));
     }
     let name = path.file_stem().map_or("mesh".into(), |stem| stem.to_string_lossy().into_owned());
-    Ok(Document { name, mesh: Arc::new(mesh), field: FieldSelection { name: Some(field.name), ..FieldSelection::default() } })
+    let field = FieldSelection { name: Some(subject.array().to_owned()), ..FieldSelection::default() };
+    Ok(Document { name, data, field })
 }
 
 /// Regularizes a field and copies the texture to the device. `surface` is the mesh's for this field, if an octree before was built with it.
 pub fn build_octree(
     renderer: &Renderer,
-    mesh: &TetMesh,
+    data: &Data,
     selection: &FieldSelection,
     params: &OctreeParams,
     surface: Option<Arc<BoundarySurface>>,
     progress: &Progress,
 ) -> Result<OctreeModel> {
     let start = Instant::now();
-    let field = ScalarField::select(mesh, selection)?;
-    let tree = regularize(mesh, &field, params, progress)?;
+    let subject = data.subject(selection)?;
+    let tree = subject.regularize(params, progress)?;
     let texture = OctreeTexture::encode(&tree)?;
     let build_s = start.elapsed().as_secs_f64();
     progress.check()?;
     let bytes = texture.bytes();
-    let surface = surface.filter(|_| params.boundary == Boundary::Mesh).or_else(|| params.surface(mesh, &field));
+    // A volume's hangs on the root cube, which another depth may change.
+    let lasts = params.boundary == Boundary::Mesh && data.mesh().is_some();
+    let surface = surface.filter(|_| lasts).or_else(|| subject.surface(&tree));
     progress.check()?;
-    let (scene, upload_s) = renderer.octree_scene(mesh, texture, surface.clone())?;
+    let (scene, upload_s) = renderer.octree_scene(data, texture, surface.clone())?;
     Ok(OctreeModel {
         scene: Arc::new(scene),
         field: selection.clone(),
-        value_range: field.range,
+        value_range: subject.range(),
         nodes: tree.node_count(),
         leaves_by_depth: tree.leaves_by_depth(),
         bytes,
@@ -123,19 +185,19 @@ pub fn build_octree(
 /// Measures how far an octree's texture is from its field, how often by more than its tolerance, and bounds it. Gives
 /// what was measured at once, and again with the bound.
 pub fn measure(
-    mesh: &TetMesh,
+    data: &Data,
     octree: &OctreeModel,
     sampling: &ErrorSampling,
     progress: &Progress,
     mut give: impl FnMut(Accuracy),
 ) -> Result<()> {
-    let field = ScalarField::select(mesh, &octree.field)?;
+    let subject = data.subject(&octree.field)?;
     let texture = octree.scene.texture().context("the scene is no octree's")?;
     let sampling = ErrorSampling { tolerance: octree.params.tolerance, ..*sampling };
-    let error = FieldError::measure(mesh, &field, texture, &sampling, progress)?;
-    give(Accuracy { error: error.clone(), bound: None });
-    let bound = error_bound(mesh, &field, texture, progress)?;
-    give(Accuracy { error, bound: Some(bound) });
+    let error = FieldError::of(&subject, texture, &sampling, progress)?;
+    give(Accuracy { error: error.clone(), bound: None, is_complete: false });
+    let bound = subject.error_bound(texture, progress)?;
+    give(Accuracy { error, bound, is_complete: true });
     Ok(())
 }
 

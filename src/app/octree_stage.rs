@@ -1,8 +1,8 @@
 //! The octree of the window: being built, built, measured.
 
 use super::jobs::{Job, Polled, outcome};
-use super::model::{self, Accuracy, OctreeModel};
-use crate::mesh::{BoundarySurface, FieldSelection, TetMesh};
+use super::model::{self, Accuracy, Data, OctreeModel};
+use crate::mesh::{BoundarySurface, FieldSelection};
 use crate::octree::{OctreeParams, Preset};
 use crate::render::Renderer;
 use crate::study::ErrorSampling;
@@ -71,7 +71,7 @@ impl OctreeStage {
         &mut self,
         ctx: &egui::Context,
         renderer: &Arc<Renderer>,
-        mesh: &Arc<TetMesh>,
+        data: &Data,
         (field, params): (&FieldSelection, &OctreeParams),
         build: bool,
     ) -> Result<bool> {
@@ -79,10 +79,10 @@ impl OctreeStage {
         // A build that is started anew at each move of a slider would never be seen.
         let goes_on = self.held && self.job.is_some();
         if build && !goes_on && self.key.as_ref() != Some(&key) {
-            self.start(ctx, renderer, mesh, key);
+            self.start(ctx, renderer, data, key);
         }
         let taken = self.take(params);
-        self.measure(ctx, mesh)?;
+        self.measure(ctx, data)?;
         taken
     }
 
@@ -102,14 +102,14 @@ impl OctreeStage {
         OctreeParams { max_depth: params.max_depth.min(deepest), ..params.clone() }
     }
 
-    fn start(&mut self, ctx: &egui::Context, renderer: &Arc<Renderer>, mesh: &Arc<TetMesh>, key: (FieldSelection, OctreeParams)) {
+    fn start(&mut self, ctx: &egui::Context, renderer: &Arc<Renderer>, data: &Data, key: (FieldSelection, OctreeParams)) {
         if matches!(self.accuracy, Measured::Running(..)) {
             self.accuracy = Measured::Waiting;
         }
         let surface = self.surface.clone().filter(|(field, _)| *field == key.0).map(|(_, surface)| surface);
-        let (renderer, mesh, (field, params)) = (renderer.clone(), mesh.clone(), key.clone());
+        let (renderer, data, (field, params)) = (renderer.clone(), data.clone(), key.clone());
         self.job = Some(Job::start(ctx, move |progress, results| {
-            results.give(model::build_octree(&renderer, &mesh, &field, &params, surface, progress));
+            results.give(model::build_octree(&renderer, &data, &field, &params, surface, progress));
         }));
         self.key = Some(key);
     }
@@ -132,21 +132,21 @@ impl OctreeStage {
         Ok(true)
     }
 
-    fn measure(&mut self, ctx: &egui::Context, mesh: &Arc<TetMesh>) -> Result<()> {
+    fn measure(&mut self, ctx: &egui::Context, data: &Data) -> Result<()> {
         match &mut self.accuracy {
             Measured::Done(_) | Measured::Failed => {}
             Measured::Waiting => {
                 let (Some(model), None, false) = (&self.model, &self.job, self.held) else { return Ok(()) };
-                let (mesh, model, sampling) = (mesh.clone(), model.clone(), self.sampling);
+                let (data, model, sampling) = (data.clone(), model.clone(), self.sampling);
                 let job = Job::start(ctx, move |progress, results| {
-                    let measured = model::measure(&mesh, &model, &sampling, progress, |accuracy| results.give(Ok(accuracy)));
+                    let measured = model::measure(&data, &model, &sampling, progress, |accuracy| results.give(Ok(accuracy)));
                     measured.unwrap_or_else(|error| results.give(Err(error)));
                 });
                 self.accuracy = Measured::Running(job, None);
             }
             Measured::Running(job, found) => match job.poll() {
                 Polled::Pending => {}
-                Polled::Result(Ok(accuracy)) if accuracy.bound.is_none() => *found = Some(Box::new(accuracy)),
+                Polled::Result(Ok(accuracy)) if !accuracy.is_complete => *found = Some(Box::new(accuracy)),
                 ended => {
                     self.accuracy = Measured::Failed; // unless it was not
                     self.accuracy = Measured::Done(Box::new(outcome(ended)?));

@@ -1,11 +1,13 @@
 //! The widgets beside the picture.
 
+use super::model::Data;
 use super::navigate::AXES;
 use super::settings::{Transfer, component_label};
 use super::viewer::Viewer;
 use super::widgets::{choice, combo, mebibytes, number, numbers, row, rows, section, significant, thousands};
-use crate::mesh::{Component, DataArray};
+use crate::mesh::{Component, DataArray, TetMesh};
 use crate::view::{RendererKind, Steps, TransferFunction};
+use crate::volume::Grid;
 use egui::{Color32, RichText, Slider, Ui, pos2, vec2};
 
 impl Viewer {
@@ -23,13 +25,16 @@ impl Viewer {
         section(ui, "Accuracy", |ui| self.accuracy(ui));
         section(ui, "Size", |ui| self.size(ui));
         section(ui, "Camera", |ui| self.camera(ui));
-        section(ui, "Mesh", |ui| self.mesh_numbers(ui));
+        match self.document.data.clone() {
+            Data::Mesh(mesh) => section(ui, "Mesh", |ui| mesh_numbers(ui, &mesh)),
+            Data::Volume(grid) => section(ui, "Volume", |ui| volume_numbers(ui, &grid)),
+        }
         ui.add_space(8.0);
     }
 
     fn file_buttons(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
-            if ui.button("Open...").on_hover_text("Open another mesh (Ctrl+O), or drop a file on the window").clicked() {
+            if ui.button("Open...").on_hover_text("Open another mesh or volume (Ctrl+O), or drop a file on the window").clicked() {
                 self.choose_file(&ui.ctx().clone());
             }
             if ui.button("Screenshot").on_hover_text("Write the picture to a PNG in the current folder (S)").clicked() {
@@ -40,7 +45,10 @@ impl Viewer {
     }
 
     fn field(&mut self, ui: &mut Ui) {
-        let mesh = self.document.mesh.clone();
+        let mesh = match self.document.data.clone() {
+            Data::Mesh(mesh) => mesh,
+            Data::Volume(grid) => return numbers(ui, "field", |ui| number(ui, "Array", grid.name().to_owned())),
+        };
         let arrays = || mesh.point_data().iter().map(|a| (a, "points")).chain(mesh.cell_data().iter().map(|a| (a, "cells")));
         let field = &mut self.settings.field;
         rows(ui, "field", |ui| {
@@ -91,13 +99,14 @@ impl Viewer {
     }
 
     fn picture_settings(&mut self, ui: &mut Ui) {
+        let mut kind = self.settings.render.renderer;
         let render = &mut self.settings.render;
         rows(ui, "picture", |ui| {
             choice(
                 ui,
                 "Renderer",
                 "What is drawn; E flips between the two",
-                &mut render.renderer,
+                &mut kind,
                 &[
                     (RendererKind::Octree, "octree", "The octree texture, marched on the GPU (E flips to exact)"),
                     (
@@ -118,6 +127,9 @@ impl Viewer {
                 ],
             );
         });
+        if kind != self.settings.render.renderer {
+            self.draw_with(kind);
+        }
     }
 
     fn camera(&mut self, ui: &mut Ui) {
@@ -138,17 +150,27 @@ impl Viewer {
         });
         ui.weak("Drag: left rotates, middle pans, right zooms. The wheel zooms to the pointer.");
     }
+}
 
-    fn mesh_numbers(&self, ui: &mut Ui) {
-        let mesh = &self.document.mesh;
-        numbers(ui, "mesh", |ui| {
-            number(ui, "Points", thousands(mesh.points().len()));
-            number(ui, "Tets", thousands(mesh.tets().len()));
-            number(ui, "Zero volume", thousands(mesh.zero_volume_count()));
-            number(ui, "Inverted", thousands(mesh.inverted_count()));
-            number(ui, "Memory", mebibytes(mesh.bytes()));
-        });
-    }
+fn mesh_numbers(ui: &mut Ui, mesh: &TetMesh) {
+    numbers(ui, "mesh", |ui| {
+        number(ui, "Points", thousands(mesh.points().len()));
+        number(ui, "Tets", thousands(mesh.tets().len()));
+        number(ui, "Zero volume", thousands(mesh.zero_volume_count()));
+        number(ui, "Inverted", thousands(mesh.inverted_count()));
+        number(ui, "Memory", mebibytes(mesh.bytes()));
+    });
+}
+
+fn volume_numbers(ui: &mut Ui, grid: &Grid) {
+    let ([x, y, z], spacing) = (grid.frame().dims, grid.frame().spacing());
+    numbers(ui, "volume", |ui| {
+        number(ui, "Points", format!("{x} x {y} x {z} of {}", grid.samples().type_name()));
+        number(ui, "Spacing", [spacing.x, spacing.y, spacing.z].map(significant).join(" x "));
+        number(ui, "Missing", thousands(grid.missing()));
+        let mapped = if grid.samples().is_mapped() { " (mapped)" } else { "" };
+        number(ui, "Memory", mebibytes(grid.samples().bytes()) + mapped);
+    });
 }
 
 /// Colours over the value, with opacity as a line.

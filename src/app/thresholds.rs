@@ -4,6 +4,7 @@ use super::model::Accuracy;
 use super::octree_stage::Measured;
 use super::viewer::Viewer;
 use super::widgets::{choice, duration, explained, mebibytes, number, numbers, percent, position, row, rows, thousands};
+use crate::geometry::Placed;
 use crate::octree::{Boundary, OctreeParams, Preset, Reconstruction, Sampling};
 
 use egui::{Grid, RichText, Slider, SliderClamping, Ui, vec2};
@@ -37,6 +38,7 @@ const SAMPLINGS: [(Sampling, &str, &str); 3] = [
 impl Viewer {
     /// What decides the octree, and what it came to.
     pub(super) fn thresholds(&mut self, ui: &mut Ui) {
+        let is_mesh = self.document.data.mesh().is_some(); // a volume's samples are its own values
         let params = &mut self.settings.params;
         ui.horizontal(|ui| {
             for (name, preset) in Preset::ALL {
@@ -52,7 +54,9 @@ impl Viewer {
             let depth = row(ui, "Max depth", "No cell is deeper; each depth more may take 8 times the memory and time", depth).dragged();
             choice(ui, "Reconstruction", "What the field is between samples", &mut params.reconstruction, &RECONSTRUCTIONS);
             choice(ui, "Boundary", "Where the volume ends", &mut params.boundary, &BOUNDARIES);
-            choice(ui, "Sampling", "What a sample is", &mut params.sampling, &SAMPLINGS);
+            if is_mesh {
+                choice(ui, "Sampling", "What a sample is", &mut params.sampling, &SAMPLINGS);
+            }
             sliders || depth
         });
     }
@@ -60,13 +64,16 @@ impl Viewer {
     /// What the octree takes.
     pub(super) fn size(&self, ui: &mut Ui) {
         let Some(model) = &self.octree.model else { return drop(ui.weak("no octree yet")) };
-        let uniform = model.params.uniform_depth(self.document.mesh.tets().len() - self.document.mesh.zero_volume_count());
+        let mesh = self.document.data.mesh();
         numbers(ui, "size", |ui| {
             number(ui, "Nodes", thousands(model.nodes));
             explained(ui, "Octree", mebibytes(model.bytes), "On the device: nodes, and bricks of samples where they are blended");
             let surface = model.surface.as_ref().map_or("not used".into(), |surface| mebibytes(surface.bytes()));
             explained(ui, "Surface", surface, "On the device beside it: the mesh's surface, that rays are cut to");
-            explained(ui, "Uniform to", format!("depth {uniform}"), "Down to there all cells that hold tets are divided");
+            if let Some(mesh) = mesh {
+                let uniform = model.params.uniform_depth(mesh.tets().len() - mesh.zero_volume_count());
+                explained(ui, "Uniform to", format!("depth {uniform}"), "Down to there all cells that hold tets are divided");
+            }
             let times = format!("{}, {}", duration(model.build_s), duration(model.upload_s));
             explained(ui, "Build, upload", times, "From the mesh in memory to the octree, and on to the device with the surface");
         });
@@ -78,7 +85,7 @@ impl Viewer {
     /// How far the octree is from the mesh.
     pub(super) fn accuracy(&self, ui: &mut Ui) {
         ui.spacing_mut().item_spacing.y = 2.0;
-        let center = self.document.mesh.center();
+        let center = self.document.data.center();
         match &self.octree.accuracy {
             Measured::Done(accuracy) => figures(ui, accuracy, center, 1.0),
             Measured::Running(job, found) => {
@@ -181,6 +188,7 @@ fn figures(ui: &mut Ui, accuracy: &Accuracy, center: DVec3, bounded: f32) {
                 let tip = format!("{nowhere} So much is possible in the leaf around {}.", position(bound.at + center));
                 explained(ui, "Bound", percent(bound.bound_rel), &tip);
             }
+            None if accuracy.is_complete => explained(ui, "Bound", "none", "Volumes that are turned against the axes have none."),
             None => explained(ui, "Bound", format!("computing ... {:.0} %", bounded * 100.0), nowhere),
         }
     });

@@ -1,13 +1,15 @@
 //! The window: what is open, what is chosen, what is shown, and what is on its way.
 
 use super::jobs::{Job, Polled, outcome};
-use super::model::{self, Document, ExactStep};
+use super::model::{self, Data, Document, ExactStep};
 use super::navigate;
 use super::octree_stage::{Measured, OctreeStage};
 use super::pace::{Pace, divided};
 use super::settings::{Settings, Transfer};
 use super::viewport::Viewport;
 use super::{Options, title};
+use crate::format::FORMATS;
+use crate::geometry::Placed;
 use crate::gpu::FrameTime;
 use crate::mesh::FieldSelection;
 use crate::octree::{ErrorBound, OctreeParams, Unmet};
@@ -116,7 +118,7 @@ impl Viewer {
         creation.egui_ctx.set_theme(egui::Theme::Dark);
         let viewport = Viewport::new(window)?;
         let renderer = Arc::new(Renderer::on(viewport.context().clone())?);
-        let field = FieldSelection { name: Some(options.array), component: options.component };
+        let field = FieldSelection { name: Some(options.subject.array().to_owned()), component: options.component };
         let settings = Settings {
             field: field.clone(),
             params: options.params,
@@ -125,7 +127,7 @@ impl Viewer {
             render: RenderSettings { min_transmittance: 1.0 / 512.0, ..options.view.settings },
         };
         Ok(Viewer {
-            document: Document { name: options.name, mesh: Arc::new(options.mesh), field },
+            document: Document { name: options.name, data: Data::of(&options.subject), field },
             opening: settings.camera,
             octree: OctreeStage::new(options.error),
             exact: ExactStage::default(),
@@ -195,7 +197,7 @@ impl Viewer {
         &self.status.text
     }
 
-    /// Opens another mesh in the background.
+    /// Opens another mesh or volume in the background.
     pub fn open(&mut self, ctx: &egui::Context, path: PathBuf) {
         let memory_bytes = self.memory_bytes;
         self.say(format!("opening {}", path.display()));
@@ -204,7 +206,9 @@ impl Viewer {
 
     /// Asks for a file, then opens it.
     pub(super) fn choose_file(&mut self, ctx: &egui::Context) {
-        let dialog = crate::format::FORMATS.iter().fold(rfd::AsyncFileDialog::new(), |d, f| d.add_filter(f.name, f.suffixes));
+        let all: Vec<&str> = FORMATS.iter().flat_map(|format| format.suffixes).copied().collect();
+        let dialog = rfd::AsyncFileDialog::new().add_filter("Meshes and volumes", &all);
+        let dialog = FORMATS.iter().fold(dialog, |dialog, format| dialog.add_filter(format.name, format.suffixes));
         let (answer, memory_bytes) = (dialog.pick_file(), self.memory_bytes);
         self.loading = Some(Job::start(ctx, move |progress, results| {
             let opened = pollster::block_on(answer).map(|file| model::open(file.path(), memory_bytes, progress)).transpose();
@@ -258,6 +262,15 @@ impl Viewer {
         }
     }
 
+    /// Chooses a renderer. A volume has none but the octree's.
+    pub(super) fn draw_with(&mut self, kind: RendererKind) {
+        let has_exact = self.document.data.mesh().is_some();
+        if kind == RendererKind::Exact && !has_exact {
+            return self.say("the exact renderer draws tetrahedral meshes; this is a volume, of which there is the octree's picture only");
+        }
+        self.settings.render.renderer = kind;
+    }
+
     /// Has the picture of a renderer marched anew, since its scene is another.
     fn show_anew(&mut self, kind: RendererKind) {
         self.shown[kind as usize] = None;
@@ -275,7 +288,7 @@ impl Viewer {
 
     /// The view that fills the viewport.
     fn wanted(&self) -> View {
-        self.settings.view(self.size, self.document.mesh.bounds().diagonal())
+        self.settings.view(self.size, self.document.data.bounds().diagonal())
     }
 
     /// The same view as it is measured and saved.
@@ -320,10 +333,13 @@ impl Viewer {
     fn show_document(&mut self, ctx: &egui::Context, document: Document) {
         ctx.send_viewport_cmd(egui::ViewportCommand::Title(title(&document.name)));
         self.say(format!("opened {}", document.name));
-        self.opening = Camera::orbit(document.mesh.bounds().translated(document.mesh.center()), 0, 1.0);
+        self.opening = Camera::orbit(document.data.bounds().translated(document.data.center()), 0, 1.0);
         self.settings.camera = self.opening;
         self.settings.field = document.field.clone();
         self.document = document;
+        if self.document.data.mesh().is_none() {
+            self.settings.render.renderer = RendererKind::Octree;
+        }
         self.octree = self.octree.emptied();
         self.exact = ExactStage::default();
         self.shown = [None, None];
@@ -336,7 +352,7 @@ impl Viewer {
         // Beside the exact picture the octree is built for its numbers, and to be there when it is wanted: after that picture.
         let linked = self.exact.job.is_none() && self.exact.scene.as_ref().is_some_and(|(of, _)| of == field);
         let build = self.kind() == RendererKind::Octree || linked;
-        match self.octree.run(ctx, &self.renderer, &self.document.mesh, (field, params), build) {
+        match self.octree.run(ctx, &self.renderer, &self.document.data, (field, params), build) {
             Ok(true) => self.show_anew(RendererKind::Octree),
             Ok(false) => {}
             Err(error) => self.fail(error),
@@ -409,9 +425,8 @@ impl Viewer {
 
     fn run_exact(&mut self, ctx: &egui::Context) {
         self.take_exact();
-        if self.kind() != RendererKind::Exact {
-            return self.rest_exact();
-        }
+        let mesh = self.document.data.mesh().filter(|_| self.kind() == RendererKind::Exact).cloned();
+        let Some(mesh) = mesh else { return self.rest_exact() };
         let key = (self.settings.field.clone(), self.exact_view());
         let is_on_device = self.exact.scene.as_ref().is_some_and(|(field, scene)| *field == key.0 && scene.is_on_device());
         if self.size.contains(&0) || self.exact.key.as_ref() == Some(&key) || is_on_device {
@@ -421,7 +436,7 @@ impl Viewer {
         let other_field = self.exact.key.as_ref().is_some_and(|(field, _)| *field != key.0);
         if self.exact.job.is_none() || self.exact.given || other_field {
             let scene = self.exact.scene.clone().filter(|(field, _)| *field == key.0).map(|(_, scene)| scene);
-            let (renderer, mesh, (field, view)) = (self.renderer.clone(), self.document.mesh.clone(), key.clone());
+            let (renderer, (field, view)) = (self.renderer.clone(), key.clone());
             self.exact.job = Some(Job::start(ctx, move |progress, results| {
                 let drawn = model::draw_exact(&renderer, &mesh, &field, scene, &view, progress, |step| results.give(Ok(step)));
                 drawn.unwrap_or_else(|error| results.give(Err(error)));
@@ -550,7 +565,7 @@ impl Viewer {
         // A key held down is repeated.
         let is_flip = |event: &egui::Event| matches!(event, egui::Event::Key { key: Key::E, pressed: true, repeat: false, modifiers, .. } if modifiers.is_none());
         if ctx.input(|input| input.events.iter().any(is_flip)) {
-            self.settings.render.renderer = other(self.kind());
+            self.draw_with(other(self.kind()));
         }
         if pressed(Key::R) {
             self.fit();
@@ -568,9 +583,9 @@ impl Viewer {
 
     /// Shows all of the mesh from the same direction.
     pub(super) fn fit(&mut self) {
-        let mesh = &self.document.mesh;
+        let data = &self.document.data;
         let aspect = f64::from(self.size[0].max(1)) / f64::from(self.size[1].max(1));
-        self.settings.camera = self.settings.camera.fitted(mesh.bounds().translated(mesh.center()), aspect);
+        self.settings.camera = self.settings.camera.fitted(data.bounds().translated(data.center()), aspect);
     }
 
     /// Looks along an axis at all of the mesh.

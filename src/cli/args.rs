@@ -1,7 +1,7 @@
 //! Flags that several subcommands share, and what they stand for.
 
 use super::long_work::with_bar;
-use crate::format::{self, RawLayout};
+use crate::format::{self, RawLayout, ReadOptions, SolutionFile};
 use crate::geometry::Placed;
 use crate::mesh::{Component, FieldSelection, ScalarField, TetMesh, generate};
 use crate::octree::{Boundary, OctreeParams, Preset, Reconstruction, Sampling};
@@ -24,6 +24,9 @@ pub struct MeshArgs {
     /// What to take of a vector
     #[arg(long, value_name = "magnitude|x|y|z|N", default_value = "magnitude", value_parser = parse_component)]
     pub component: Component,
+    /// The solution of a PLOT3D grid [default: beside it, NAME.q or NAME.f of NAME.x or NAME.xyz, NAMEq.bin of NAMExyz.bin or NAMEx.bin]
+    #[arg(long, value_name = "FILE")]
+    pub solution: Option<PathBuf>,
     /// Budget for the memory of mesh and octree, such as 8GiB [default: three quarters of the machine's]
     #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
     pub memory: Option<u64>,
@@ -44,10 +47,20 @@ impl MeshArgs {
     /// Reads the mesh; a volume is refused.
     pub fn read(&self) -> Result<TetMesh> {
         let mesh = match &self.mesh {
-            Some(path) => with_bar(|progress| format::read_mesh(path, progress))?,
+            Some(path) => with_bar(|progress| format::read_mesh_with(path, &self.options(), progress))?,
             None => format::read_embedded("wing.vtu", generate::WING_VTU, &Progress::new())?,
         };
         Ok(mesh)
+    }
+
+    /// How the file is to be read, if it is no plain bytes.
+    pub fn options(&self) -> ReadOptions {
+        let component = match self.component {
+            Component::Magnitude => None,
+            Component::Index(index) => Some(index),
+        };
+        let solution = self.solution.clone().map_or(SolutionFile::Beside, SolutionFile::At);
+        ReadOptions { array: self.array.clone(), component, memory_bytes: self.budget_bytes(), solution, ..Default::default() }
     }
 
     /// Picks the field.
@@ -106,6 +119,16 @@ impl RawArgs {
     pub fn layout(&self) -> Option<RawLayout> {
         let voxel = RawLayout::TYPES.into_iter().find(|name| Some(*name) == self.voxel.as_deref())?;
         Some(RawLayout { dims: self.dims?, voxel, spacing: self.spacing.unwrap_or([1.0; 3]), is_big_endian: self.big_endian })
+    }
+
+    /// The flags again.
+    pub fn flags(&self) -> Vec<String> {
+        fn joined<T: ToString>(numbers: [T; 3]) -> String {
+            numbers.map(|n| n.to_string()).join(",")
+        }
+        let flags = [("--dims", self.dims.map(joined)), ("--type", self.voxel.clone()), ("--spacing", self.spacing.map(joined))];
+        let with_values = flags.into_iter().filter_map(|(flag, value)| Some([flag.to_owned(), value?])).flatten();
+        with_values.chain(self.big_endian.then(|| "--big-endian".to_owned())).collect()
     }
 }
 
@@ -400,7 +423,8 @@ fn read_json<T: serde::de::DeserializeOwned>(path: &Path, what: &str) -> Result<
 
 /// Fails early if outputs cannot be written where they are to go, or if one would overwrite another or the mesh.
 pub fn check_outputs(mesh: &MeshArgs, outputs: &[Option<&PathBuf>]) -> Result<()> {
-    let inputs: Vec<(&Path, &str)> = mesh.mesh.iter().map(|mesh| (mesh.as_path(), "the mesh")).collect();
+    let named = [(mesh.mesh.as_deref(), "the mesh"), (mesh.solution.as_deref(), "its solution")];
+    let inputs: Vec<(&Path, &str)> = named.into_iter().filter_map(|(path, what)| Some((path?, what))).collect();
     check_outputs_beside(&inputs, outputs)
 }
 

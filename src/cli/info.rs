@@ -23,7 +23,7 @@ pub struct InfoCommand {
 impl InfoCommand {
     /// Reads the mesh or volume and says what it holds.
     pub fn run(self) -> Result<()> {
-        let mesh = match read_data(&self.mesh, &self.volume)? {
+        let mesh = match read_data(&self.mesh, &self.volume, false)? {
             Data::Mesh(mesh) => mesh,
             Data::Grid(grid) => return Ok(describe_volume(&mut io::stdout().lock(), &grid)?),
         };
@@ -74,7 +74,8 @@ fn describe_volume(out: &mut impl Write, grid: &Grid) -> io::Result<()> {
     let (min, max) = (bounds.min, bounds.max);
     writeln!(out, "bounds        {} .. {}, {} .. {}, {} .. {}", min.x, max.x, min.y, max.y, min.z, max.z)?;
     writeln!(out, "size          {} x {} x {}, diagonal {:.6}", size.x, size.y, size.z, bounds.diagonal())?;
-    writeln!(out, "memory        {:.1} MiB", grid.bytes() as f64 / f64::from(1 << 20))?;
+    let mapped = if grid.samples().is_mapped() { ", mapped from the file" } else { "" };
+    writeln!(out, "memory        {:.1} MiB{mapped}", grid.samples().bytes() as f64 / f64::from(1 << 20))?;
     writeln!(out, "point array   {}  {lo} .. {hi}{missing}  <- shown", grid.name())
 }
 

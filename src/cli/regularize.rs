@@ -3,7 +3,7 @@
 use super::args::{MeshArgs, OctreeArgs, RawArgs, check_outputs};
 use super::render::{measure_error, unmet_in_words};
 use super::report::Report;
-use super::subject::Subject;
+use super::subject::{read_subject, regularized};
 use crate::geometry::Placed;
 use crate::image::{write_atomically, write_values_npy};
 use crate::octree::{LATTICE, OctreeTexture};
@@ -47,20 +47,17 @@ impl RegularizeCommand {
         let description = self.texture.as_ref().map(|path| path.with_extension("json"));
         check_outputs(&self.mesh, &[self.texture.as_ref(), description.as_ref(), self.corners.as_ref(), self.stats.as_ref()])?;
         let start = Instant::now();
-        let subject = Subject::read(&self.mesh, &self.volume)?;
+        let subject = read_subject(&self.mesh, &self.volume)?;
         let mut report = Report::new(&subject, start.elapsed().as_secs_f64());
         report.params(&self.mesh, subject.array(), &self.octree, None)?;
 
         let start = Instant::now();
-        let tree = subject.regularize(&self.mesh, &self.octree.params())?;
+        let tree = regularized(&self.mesh, &subject, &self.octree.params())?;
         let texture = OctreeTexture::encode(&tree)?;
         let seconds = start.elapsed().as_secs_f64();
         report.set("time", "regularize", seconds);
         report.octree(&tree, &texture, subject.center());
-        let measured = match &subject {
-            Subject::Mesh(mesh, field) => Some(measure_error(mesh, field, &texture, tree.params.tolerance, &mut report)?),
-            Subject::Volume(_) => None,
-        };
+        let (error, bound) = measure_error(&subject, &texture, tree.params.tolerance, &mut report)?;
 
         if let (Some(path), Some(description)) = (&self.texture, &description) {
             let size = texture.size();
@@ -91,8 +88,8 @@ impl RegularizeCommand {
             tree.empty_count()
         )?;
         writeln!(out, "texture  {} texels, {:.2} MiB", texture.size(), texture.bytes() as f64 / f64::from(1 << 20))?;
-        if let Some((error, bound)) = measured {
-            writeln!(out, "error    {}", in_words(&error))?;
+        writeln!(out, "error    {}", in_words(&error))?;
+        if let Some(bound) = bound {
             writeln!(out, "bound    {} nowhere exceeded", percent(bound.bound_rel))?;
         }
         if let Some(unmet) = &tree.unmet {

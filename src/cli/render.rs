@@ -3,14 +3,13 @@
 use super::args::{MeshArgs, OctreeArgs, RawArgs, RendererArg, ViewArgs, check_outputs, parse_color};
 use super::long_work::with_bar;
 use super::report::Report;
-use super::subject::Subject;
+use super::subject::{read_subject, regularized};
 use crate::geometry::Placed;
 use crate::image::{Background, write_npy, write_png};
-use crate::mesh::{ScalarField, TetMesh};
-use crate::octree::{ErrorBound, OctreeTexture, Unmet, error_bound};
+use crate::octree::{ErrorBound, OctreeTexture, Subject, Unmet};
 use crate::render::{Renderer, Scene};
 use crate::study::{ErrorSampling, FieldError};
-use anyhow::{Result, bail};
+use anyhow::{Error, Result, anyhow};
 use clap::Args;
 use glam::DVec3;
 use serde_json::json;
@@ -54,6 +53,7 @@ Examples:
   octetra render flow.vtu --renderer exact -o exact.png    the mesh itself, to compare with
   octetra render flow.vtu --preset fine --stats fine.json
   octetra render scan.nhdr --tf bone.json                  a volume: .nrrd, .nhdr, .mhd, .mha, .vti, .vtk
+  octetra render wing.xyz                                  a PLOT3D grid, its solution in wing.q
   octetra render scan.raw --dims 256,256,178 --type u8     plain bytes
   octetra render flow.vtu --max-depth 10 --max-leaf-tets 4 --max-leaf-variance 1e-4";
 
@@ -66,7 +66,7 @@ impl RenderCommand {
         self.view.check()?;
 
         let start = Instant::now();
-        let subject = Subject::read(&self.mesh, &self.volume)?;
+        let subject = read_subject(&self.mesh, &self.volume)?;
         let mut report = Report::new(&subject, start.elapsed().as_secs_f64());
         let view = self.view.view(&subject, files);
         report.params(&self.mesh, subject.array(), &self.octree, Some((&self.view, &view)))?;
@@ -89,10 +89,7 @@ impl RenderCommand {
     fn scene(&self, renderer: &Renderer, subject: &Subject, report: &mut Report) -> Result<Scene> {
         if self.view.renderer == RendererArg::Exact {
             let Subject::Mesh(mesh, field) = subject else {
-                bail!(
-                    "{}: --renderer exact draws tetrahedral meshes; this is a volume, which --renderer octree draws",
-                    self.mesh.shown_name()
-                );
+                return Err(no_exact_volume(&self.mesh));
             };
             let scene = with_bar(|progress| renderer.exact_scene(mesh, field, progress))?;
             if let Some(reason) = scene.fell_back() {
@@ -102,7 +99,7 @@ impl RenderCommand {
             return Ok(scene);
         }
         let start = Instant::now();
-        let tree = subject.regularize(&self.mesh, &self.octree.params())?;
+        let tree = regularized(&self.mesh, subject, &self.octree.params())?;
         if tree.leaf_count() == 0 {
             note("no leaf's centre lies in the mesh, the picture is empty; --boundary mesh draws it");
         }
@@ -112,8 +109,8 @@ impl RenderCommand {
         if let (Some(unmet), Some(_)) = (&tree.unmet, self.octree.tolerance) {
             note(&unmet_in_words(unmet, subject.center()));
         }
-        if let (Subject::Mesh(mesh, field), Some(_)) = (subject, &self.stats) {
-            measure_error(mesh, field, &texture, tree.params.tolerance, report)?;
+        if self.stats.is_some() {
+            measure_error(subject, &texture, tree.params.tolerance, report)?;
         }
         let start = Instant::now();
         let surface = subject.surface(&tree);
@@ -128,23 +125,29 @@ impl RenderCommand {
     }
 }
 
-/// Measures how far the octree is from the field, and bounds it; reports both.
+/// Why a volume is not drawn exactly.
+pub fn no_exact_volume(args: &MeshArgs) -> Error {
+    anyhow!("{}: --renderer exact draws tetrahedral meshes; this is a volume, which --renderer octree draws", args.shown_name())
+}
+
+/// Measures how far the octree is from the field, and bounds it where that can be; reports both.
 pub fn measure_error(
-    mesh: &TetMesh,
-    field: &ScalarField,
+    subject: &Subject,
     texture: &OctreeTexture,
     tolerance: Option<f64>,
     report: &mut Report,
-) -> Result<(FieldError, ErrorBound)> {
+) -> Result<(FieldError, Option<ErrorBound>)> {
     let start = Instant::now();
     let sampling = ErrorSampling { tolerance, ..Default::default() };
-    let error = with_bar(|progress| FieldError::measure(mesh, field, texture, &sampling, progress))?;
+    let error = with_bar(|progress| FieldError::of(subject, texture, &sampling, progress))?;
     let measured = Instant::now();
-    let bound = with_bar(|progress| error_bound(mesh, field, texture, progress))?;
+    let bound = with_bar(|progress| subject.error_bound(texture, progress))?;
     report.error(&error, (measured - start).as_secs_f64());
-    report.set("error", "bound_rel", bound.bound_rel);
-    report.set("error", "bound_at", (bound.at + mesh.center()).to_array().to_vec());
-    report.set("time", "bound", measured.elapsed().as_secs_f64());
+    if let Some(bound) = bound {
+        report.set("error", "bound_rel", bound.bound_rel);
+        report.set("error", "bound_at", (bound.at + subject.center()).to_array().to_vec());
+        report.set("time", "bound", measured.elapsed().as_secs_f64());
+    }
     Ok((error, bound))
 }
 

@@ -1,10 +1,9 @@
 //! `--stats`: everything measured, as JSON; the keys of `conventions.md` as nested objects.
 
 use super::args::{MeshArgs, OctreeArgs, ViewArgs};
-use super::subject::Subject;
 use crate::image::write_atomically;
 use crate::mesh::Component;
-use crate::octree::{Octree, OctreeTexture};
+use crate::octree::{Octree, OctreeTexture, Subject};
 use crate::render::{Picture, Renderer, Scene};
 use crate::study::{ErrorFigures, FieldError};
 use crate::view::View;
@@ -27,10 +26,13 @@ impl Report {
             Subject::Volume(_) => json!({ "points": null, "tets": null, "bytes": null, "zero_volume": null, "inverted": null }),
         };
         let volume = match subject {
-            Subject::Mesh(..) => json!({ "dims": null, "spacing": null, "origin": null, "type": null, "bytes": null, "missing": null }),
+            Subject::Mesh(..) => {
+                json!({ "dims": null, "spacing": null, "origin": null, "type": null, "bytes": null, "missing": null, "mapped": null })
+            }
             Subject::Volume(grid) => json!({
                 "dims": grid.frame().dims, "spacing": grid.frame().spacing().to_array(), "origin": grid.frame().origin.to_array(),
-                "type": grid.samples().type_name(), "bytes": grid.bytes(), "missing": grid.missing(),
+                "type": grid.samples().type_name(), "bytes": grid.samples().bytes(), "missing": grid.missing(),
+                "mapped": grid.samples().is_mapped(),
             }),
         };
         let value = json!({

@@ -3,7 +3,7 @@
 use super::args::{MeshArgs, OctreeArgs, RawArgs, ViewArgs};
 use super::long_work::with_bar;
 use super::render::say_if_fallen_back;
-use super::subject::Subject;
+use super::subject::{read_subject, regularized};
 use crate::geometry::Placed;
 use crate::octree::OctreeTexture;
 use crate::render::{Renderer, Scene};
@@ -31,12 +31,12 @@ const WAYS: [(Skip, Intervals); 11] = [
 /// Measures and prints, step by step.
 pub fn run(mesh: &MeshArgs, volume: &RawArgs, octree: &OctreeArgs, view: &ViewArgs, repeats: u32) -> Result<()> {
     let files = view.files()?;
-    let subject = Subject::read(mesh, volume)?;
+    let subject = read_subject(mesh, volume)?;
     let seen = view.view(&subject, files);
     let renderer = Renderer::new(view.device.into())?;
     say_if_fallen_back(&renderer);
     let start = Instant::now();
-    let tree = subject.regularize(mesh, &octree.params())?;
+    let tree = regularized(mesh, &subject, &octree.params())?;
     let texture = OctreeTexture::encode(&tree)?;
     let build_s = start.elapsed().as_secs_f64();
     let leaves = tree.leaf_count();

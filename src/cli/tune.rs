@@ -1,11 +1,15 @@
 //! `octetra tune`: which thresholds to take.
 
-use super::args::{DeviceArg, MeshArgs, check_outputs, parse_bytes, parse_positive, parse_size, read_transfer_function, threshold_flags};
+use super::args::{
+    DeviceArg, MeshArgs, RawArgs, check_outputs, parse_bytes, parse_positive, parse_size, read_transfer_function, threshold_flags,
+};
 use super::long_work::with_bar;
 use super::render::say_if_fallen_back;
+use super::subject::{check_budget, read_subject};
+use crate::geometry::Placed;
 use crate::image::{Background, write_atomically, write_png};
 use crate::mesh::Component;
-use crate::octree::{OctreeParams, Preset};
+use crate::octree::{OctreeParams, Preset, Subject};
 use crate::progress::Progress;
 use crate::render::Renderer;
 use crate::study::tune::{Clock, Effort, Goal, Pick, Plan, Record, Row, Sweep, front, recommend};
@@ -25,13 +29,16 @@ Examples:
   octetra tune flow.vtu --budget 8MiB                 the best picture in 8 MiB
   octetra tune flow.vtu --target-psnr 45 --json flow-tune.json
   octetra tune flow.vtu --tolerances 0.01,0.003,0.001 --depths 9,10,11
+  octetra tune scan.nhdr --target-psnr 45             a volume: PSNR is of the field, by its measured error
 
 The field error is measured at random points over the volume, relative to the field's range. PSNR is of the worst view against the exact
-renderer's picture, 8 bits, over covered pixels. A sweep that is stopped by Ctrl-C keeps what it measured; with --json the same command
+renderer's picture, 8 bits, over covered pixels; volumes have no exact picture, their PSNR is the field error's in decibels. A sweep that is stopped by Ctrl-C keeps what it measured; with --json the same command
 goes on where it stopped, and other settings are added to what the file holds.")]
 pub struct TuneCommand {
     #[command(flatten)]
     mesh: MeshArgs,
+    #[command(flatten)]
+    volume: RawArgs,
     /// Recommend the best picture with an octree of at most so many bytes, such as 64MiB
     #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
     budget: Option<u64>,
@@ -79,20 +86,19 @@ impl TuneCommand {
     pub fn run(self) -> Result<()> {
         check_outputs(&self.mesh, &[self.json.as_ref(), self.chart.as_ref()])?;
         let transfer_function = read_transfer_function(&self.tf)?;
-        let mesh = self.mesh.read()?;
-        let field = self.mesh.field(&mesh)?;
-        self.mesh.check_budget(&mesh)?;
+        let subject = read_subject(&self.mesh, &self.volume)?;
+        check_budget(&self.mesh, &subject)?;
         let renderer = Renderer::new(self.device.into())?;
         say_if_fallen_back(&renderer);
 
-        let bounds = mesh.bounds().translated(mesh.center());
+        let bounds = subject.bounds().translated(subject.center());
         let view = |&k: &u32| View {
             camera: Camera::orbit(bounds, k, 1.0),
             transfer_function: transfer_function.clone(),
             settings: RenderSettings::new(self.size[0], self.size[1]),
         };
         let views: Vec<View> = self.views().iter().map(view).collect();
-        let sweep = Sweep { mesh: &mesh, field: &field, renderer: &renderer, views: &views, effort: self.effort() };
+        let sweep = Sweep { of: &subject, renderer: &renderer, views: &views, effort: self.effort() };
         let mut record = match &self.json {
             Some(path) => Record::open(path, sweep.subject())?,
             None => Record::new(sweep.subject()),
@@ -110,8 +116,8 @@ impl TuneCommand {
         ensure!(!record.rows.is_empty(), "none of {} settings could be measured: {}", settings.len(), record.dropped[0].reason);
         self.write_record(&record)?;
         let picks = recommend(&record.rows, self.goal());
-        self.draw_chart(&record, &picks)?;
-        self.print(&record, &picks)?;
+        self.draw_chart(&record, &subject, &picks)?;
+        self.print(&record, &subject, &picks)?;
         if stopped {
             let again = if self.json.is_some() { "; the same command goes on" } else { "" };
             bail!("stopped after {} of {} settings{again}", record.rows.len() + record.dropped.len(), settings.len());
@@ -159,9 +165,9 @@ impl TuneCommand {
         Ok(self.json.as_deref().map(|path| record.write(path, &picks)).transpose().map(drop)?)
     }
 
-    fn draw_chart(&self, record: &Record, picks: &[Pick]) -> Result<()> {
+    fn draw_chart(&self, record: &Record, subject: &Subject, picks: &[Pick]) -> Result<()> {
         let Some(path) = &self.chart else { return Ok(()) };
-        let title = format!("{}, {}", self.mesh.stem(), self.subject_in_words(record));
+        let title = format!("{}, {}", self.mesh.stem(), self.subject_in_words(record, subject));
         let chart = Chart { title: &title, rows: &record.rows, picks };
         if is_svg(path) {
             let svg = chart.svg()?;
@@ -172,13 +178,13 @@ impl TuneCommand {
     }
 
     /// What was measured and on what, in one line.
-    fn subject_in_words(&self, record: &Record) -> String {
+    fn subject_in_words(&self, record: &Record, subject: &Subject) -> String {
         let views: Vec<String> = self.views().iter().map(u32::to_string).collect();
         let adapter = &record.subject.machine["adapter"][0];
         format!(
-            "{} tets, {}, views {} at {}x{}, {}",
-            record.subject.mesh["tets"],
-            record.subject.field["array"].as_str().unwrap_or_default(),
+            "{}, {}, views {} at {}x{}, {}",
+            subject.size_in_words(),
+            subject.array(),
             views.join(" "),
             self.size[0],
             self.size[1],
@@ -186,18 +192,19 @@ impl TuneCommand {
         )
     }
 
-    fn print(&self, record: &Record, picks: &[Pick]) -> Result<()> {
+    fn print(&self, record: &Record, subject: &Subject, picks: &[Pick]) -> Result<()> {
         let rows = &record.rows;
         let front = front(rows);
         let mut shown = if self.all { (0..rows.len()).collect() } else { front.clone() };
         shown.sort_by_key(|&i| rows[i].bytes);
         let mut out = std::io::stdout().lock();
-        writeln!(out, "{}, {}", self.mesh.stem(), self.subject_in_words(record))?;
+        writeln!(out, "{}, {}", self.mesh.stem(), self.subject_in_words(record, subject))?;
         let beside =
             if self.all { "; * marks those that no other beats on all counts" } else { ", those that no other beats on all counts" };
         writeln!(out, "{} of {} settings measured{beside}\n", shown.len(), rows.len())?;
         let by = if rows.iter().all(|row| row.frame_by == Clock::Gpu) { "(GPU)" } else { "(clock)" };
-        writeln!(out, "       MiB     nodes  depth  build s   rmse %    max %  PSNR dB  frame ms {by:<7}  setting")?;
+        let psnr = if matches!(subject, Subject::Volume(_)) { "field dB" } else { " PSNR dB" };
+        writeln!(out, "       MiB     nodes  depth  build s   rmse %    max % {psnr}  frame ms {by:<7}  setting")?;
         for i in shown {
             let mark = if self.all && front.contains(&i) { '*' } else { ' ' };
             writeln!(out, "{mark} {}", line(&rows[i]))?;
@@ -228,6 +235,7 @@ impl TuneCommand {
     fn command(&self, params: &OctreeParams) -> String {
         let mut words = vec!["octetra".to_owned(), "render".to_owned()];
         words.extend(self.mesh.mesh.as_ref().map(|path| path.display().to_string()));
+        words.extend(self.mesh.solution.iter().flat_map(|path| ["--solution".to_owned(), path.display().to_string()]));
         words.extend(self.mesh.array.iter().flat_map(|name| ["--array".to_owned(), name.clone()]));
         match self.mesh.component {
             Component::Magnitude => {}
@@ -236,6 +244,7 @@ impl TuneCommand {
         if self.tf != "standard" {
             words.extend(["--tf".to_owned(), self.tf.clone()]);
         }
+        words.extend(self.volume.flags());
         words.extend(threshold_flags(params));
         words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
     }

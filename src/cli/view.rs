@@ -1,7 +1,10 @@
 //! `octetra view`: the window.
 
-use super::args::{DeviceArg, MeshArgs, OctreeArgs, ViewArgs};
+use super::args::{DeviceArg, MeshArgs, OctreeArgs, RawArgs, RendererArg, ViewArgs};
+use super::render::no_exact_volume;
+use super::subject::{check_budget, read_subject};
 use crate::app::{self, Options};
+use crate::octree::Subject;
 use crate::study::ErrorSampling;
 use anyhow::{Result, ensure};
 use clap::Args;
@@ -15,20 +18,24 @@ pub struct ViewCommand {
     view: ViewArgs,
     #[command(flatten)]
     octree: OctreeArgs,
+    #[command(flatten)]
+    volume: RawArgs,
 }
 
 impl ViewCommand {
-    /// Reads the mesh and opens the window on it.
+    /// Reads the mesh or volume and opens the window on it.
     pub fn run(self) -> Result<()> {
         ensure!(!matches!(self.view.device, DeviceArg::Cpu), "the window draws on a GPU; octetra render --device cpu draws without one");
-        let mesh = self.mesh.read()?;
-        let field = self.mesh.field(&mesh)?;
-        let view = self.view.view(&mesh, self.view.files()?);
-        self.mesh.check_budget(&mesh)?;
+        let files = self.view.files()?;
+        let subject = read_subject(&self.mesh, &self.volume)?;
+        if self.view.renderer == RendererArg::Exact && matches!(subject, Subject::Volume(_)) {
+            return Err(no_exact_volume(&self.mesh));
+        }
+        let view = self.view.view(&subject, files);
+        check_budget(&self.mesh, &subject)?;
         app::run(Options {
             name: self.mesh.stem(),
-            mesh,
-            array: field.name,
+            subject,
             component: self.mesh.component,
             view,
             params: self.octree.params(),

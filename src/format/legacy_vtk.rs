@@ -1,16 +1,18 @@
-//! VTK's legacy format, `.vtk`, with `DATASET STRUCTURED_POINTS`: text and binary (which is big-endian), every kind of array
+//! VTK's legacy format, `.vtk`, with `DATASET STRUCTURED_POINTS`, which is a volume, and `STRUCTURED_GRID` or `RECTILINEAR_GRID`, whose hexahedra
+//! become tets: text and binary (which is big-endian), every kind of array
 //! (VTK File Formats, <https://docs.vtk.org/en/latest/vtk_file_formats/vtk_legacy_file_format.html>).
 //!
 //! The rules where the format leaves a choice: without a name the first array with one component counts, else the first, points before
 //! cells; arrays over cells become a volume of the cells' centres. Text and bit arrays cannot be passed over in binary files and end the
-//! reading there.
+//! reading there. Of arrays with the same name the first counts.
 
-use super::GridFile;
 use super::source::Source;
 use super::voxel_data::{DataFile, Encoding, Stored, VolumeError, dims, grid, numbers};
 use super::vtu::number::{ByteOrder, ScalarType};
+use super::{Found, GridFile};
+use crate::mesh::{DataArray, MeshParts, StructuredBlock, Values, split_into_tets};
 use crate::progress::Progress;
-use crate::volume::{Grid, GridFrame};
+use crate::volume::{Grid, GridFrame, Samples, Voxel};
 use glam::DVec3;
 use std::borrow::Cow;
 
@@ -51,16 +53,37 @@ struct Array {
     place: std::ops::Range<u64>,
 }
 
+/// What a file holds.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
+enum Dataset {
+    #[default]
+    StructuredPoints,
+    StructuredGrid,
+    RectilinearGrid,
+}
+
+impl Dataset {
+    /// All of them by name.
+    const NAMES: [(&'static str, Dataset); 3] = [
+        ("STRUCTURED_POINTS", Dataset::StructuredPoints),
+        ("STRUCTURED_GRID", Dataset::StructuredGrid),
+        ("RECTILINEAR_GRID", Dataset::RectilinearGrid),
+    ];
+}
+
 /// What stands before the arrays.
 #[derive(Default)]
 struct Head {
+    dataset: Dataset,
+    /// The points of a grid, or the coordinates along each axis.
+    places: Vec<Array>,
     dims: Option<[u64; 3]>,
     origin: Option<DVec3>,
     spacing: Option<DVec3>,
 }
 
 /// Reads a file.
-pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<Grid, VolumeError> {
+pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<Found, VolumeError> {
     let mut lines = Lines { source: file.source, at: 0 };
     lines.next()?;
     lines.next()?; // the title
@@ -70,8 +93,14 @@ pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<Grid, Vol
         other => return Err(VolumeError::key("line 3", other, "ASCII or BINARY")),
     };
     let (head, arrays) = Walker { lines, is_binary, head: Head::default(), arrays: vec![] }.walk()?;
+    match head.dataset {
+        Dataset::StructuredPoints => volume(file, &head, &arrays, is_binary, progress).map(Found::Grid),
+        _ => mesh(file, &head, &arrays, is_binary, progress).map(Found::Mesh),
+    }
+}
 
-    let array = choose(&arrays, file.options.array.as_deref())?;
+fn volume(file: &GridFile<'_>, head: &Head, arrays: &[Array], is_binary: bool, progress: &Progress) -> Result<Grid, VolumeError> {
+    let array = choose(arrays, file.options.array.as_deref())?;
     let found = head.dims.ok_or_else(|| VolumeError::missing("DIMENSIONS", "3 integers from 2"))?;
     let less = u64::from(array.is_of_cells);
     let dims = dims("DIMENSIONS", found.map(|n| n.saturating_sub(less)))?;
@@ -79,23 +108,98 @@ pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<Grid, Vol
     let origin = head.origin.unwrap_or(DVec3::ZERO) + if array.is_of_cells { spacing * 0.5 } else { DVec3::ZERO };
     let frame = GridFrame::along_axes(dims, origin, spacing);
     frame.validate()?;
-    if array.tuples != frame.points() {
-        let key = format!("the size of array \"{}\"", array.name);
-        return Err(VolumeError::key(&key, &array.tuples.to_string(), format!("{}, by DIMENSIONS {}", frame.points(), in_words(found))));
-    }
-    let stored = Stored {
-        scalar: array.scalar,
-        order: ByteOrder::Big,
-        encoding: if is_binary { Encoding::Raw } else { Encoding::Text },
-        numbers: frame.points().saturating_mul(array.components),
-        why: format!("DIMENSIONS {}, {} components", in_words(found), array.components),
-    };
-    // The array alone, as if it were all of a file.
-    let len = usize::try_from(array.place.end - array.place.start).unwrap_or(usize::MAX);
-    let bytes: Cow<'_, [u8]> = file.source.read(array.place.start, len)?;
-    let own = Source::Bytes(&bytes);
-    let samples = DataFile::Own(&own).read(0, &stored, file, progress)?;
+    array.expect_tuples(u128::from(frame.points()), &in_words(found))?;
+    let samples = array.read(file, is_binary, &in_words(found), progress)?;
     grid(file, frame, &array.name, samples, 1, array.components as usize)
+}
+
+impl Array {
+    /// Its numbers; `dims` is what calls for so many, in words.
+    fn read(&self, file: &GridFile<'_>, is_binary: bool, dims: &str, progress: &Progress) -> Result<Samples, VolumeError> {
+        let stored = Stored {
+            scalar: self.scalar,
+            order: ByteOrder::Big,
+            encoding: if is_binary { Encoding::Raw } else { Encoding::Text },
+            numbers: self.tuples.saturating_mul(self.components),
+            why: format!("DIMENSIONS {dims}, {} components", self.components),
+        };
+        // The array alone, as if it were all of a file.
+        let len = usize::try_from(self.place.end - self.place.start).unwrap_or(usize::MAX);
+        let bytes: Cow<'_, [u8]> = file.source.read(self.place.start, len)?;
+        let own = Source::Bytes(&bytes);
+        DataFile::Own(&own).read(0, &stored, file, progress)
+    }
+
+    /// An error unless it has so many tuples.
+    fn expect_tuples(&self, expected: u128, dims: &str) -> Result<(), VolumeError> {
+        if u128::from(self.tuples) == expected {
+            return Ok(());
+        }
+        let key = format!("the size of array \"{}\"", self.name);
+        Err(VolumeError::key(&key, &self.tuples.to_string(), format!("{expected}, by DIMENSIONS {dims}")))
+    }
+}
+
+/// The tets of a structured or rectilinear grid, with all arrays.
+fn mesh(file: &GridFile<'_>, head: &Head, arrays: &[Array], is_binary: bool, progress: &Progress) -> Result<MeshParts, VolumeError> {
+    let dims = head.dims.ok_or_else(|| VolumeError::missing("DIMENSIONS", "3 integers from 2"))?;
+    let said = in_words(dims);
+    let (points, cells) = (product(dims), product(dims.map(|n| n.saturating_sub(1))));
+    if dims.iter().any(|&n| n < 2) || points >= u128::from(u32::MAX) {
+        return Err(VolumeError::key("DIMENSIONS", &said, format!("2 points or more along each axis, fewer than {} in all", u32::MAX)));
+    }
+    let numbers = |array: &Array| {
+        array.read(file, is_binary, &said, progress).map(|samples| (0..samples.len()).map(|i| samples.get(i)).collect::<Vec<f64>>())
+    };
+    let places = match (head.dataset, &head.places[..]) {
+        (Dataset::RectilinearGrid, [x, y, z]) => {
+            (0..3).zip([x, y, z]).try_for_each(|(axis, array)| array.expect_tuples(u128::from(dims[axis]), &said))?;
+            let [xs, ys, zs] = [numbers(x)?, numbers(y)?, numbers(z)?];
+            zs.iter()
+                .flat_map(|&z| ys.iter().map(move |&y| (y, z)))
+                .flat_map(|(y, z)| xs.iter().map(move |&x| DVec3::new(x, y, z)))
+                .collect()
+        }
+        (Dataset::StructuredGrid, [array]) => {
+            array.expect_tuples(points, &said)?;
+            numbers(array)?.chunks_exact(3).map(DVec3::from_slice).collect()
+        }
+        (Dataset::RectilinearGrid, _) => {
+            return Err(VolumeError::missing("X_COORDINATES, Y_COORDINATES or Z_COORDINATES", "each of them once"));
+        }
+        _ => return Err(VolumeError::missing("POINTS", "the coordinates of all points")),
+    };
+    let (mut point_data, mut cell_data) = (Vec::new(), Vec::new());
+    for array in arrays {
+        let (data, expected) = if array.is_of_cells { (&mut cell_data, cells) } else { (&mut point_data, points) };
+        array.expect_tuples(expected, &said)?;
+        let is_new = data.iter().all(|other: &DataArray| other.name != array.name);
+        if is_new {
+            let values = values(array.read(file, is_binary, &said, progress)?);
+            data.push(DataArray { name: array.name.clone(), components: array.components as usize, values });
+        }
+    }
+    let block = StructuredBlock::new(dims.map(|n| n as usize));
+    split_into_tets(&[block], places, point_data, cell_data, None).map_err(|e| VolumeError::key("DIMENSIONS", &said, e.to_string()))
+}
+
+fn product(dims: [u64; 3]) -> u128 {
+    dims.iter().fold(1u128, |product, &n| product.saturating_mul(u128::from(n)))
+}
+
+/// Numbers as a mesh keeps them.
+fn values(samples: Samples) -> Values {
+    fn narrow<T: Voxel>(numbers: &[T]) -> Values {
+        Values::F32(numbers.iter().map(|v| v.to_f64() as f32).collect())
+    }
+    match &samples {
+        Samples::U8(numbers) => narrow(numbers),
+        Samples::I8(numbers) => narrow(numbers),
+        Samples::U16(numbers) => narrow(numbers),
+        Samples::I16(numbers) => narrow(numbers),
+        Samples::F32(numbers) => Values::F32(numbers.to_vec()),
+        _ => Values::F64((0..samples.len()).map(|i| samples.get(i)).collect()),
+    }
 }
 
 fn in_words([x, y, z]: [u64; 3]) -> String {
@@ -186,9 +290,17 @@ impl Walker<'_> {
             let Some(keyword) = words.first().map(|word| word.to_uppercase()) else { continue };
             let rest = line[words[0].len()..].trim();
             match (keyword.as_str(), tuples) {
-                ("DATASET", _) if rest.eq_ignore_ascii_case("STRUCTURED_POINTS") => {}
                 ("DATASET", _) => {
-                    return Err(VolumeError::key("DATASET", rest, "STRUCTURED_POINTS, the only one that octetra reads in .vtk files"));
+                    let known = Dataset::NAMES.iter().find(|(name, _)| rest.eq_ignore_ascii_case(name));
+                    let expected = || format!("{}, which octetra reads in .vtk files", Dataset::NAMES.map(|(name, _)| name).join(", "));
+                    self.head.dataset = known.ok_or_else(|| VolumeError::key("DATASET", rest, expected()))?.1;
+                }
+                ("POINTS" | "X_COORDINATES" | "Y_COORDINATES" | "Z_COORDINATES", _) if self.head.dataset != Dataset::StructuredPoints => {
+                    let (components, bad) =
+                        (if keyword == "POINTS" { 3 } else { 1 }, || VolumeError::key(&keyword, rest, "a count and a type"));
+                    let count = words.get(1).and_then(|n| n.parse().ok()).ok_or_else(bad)?;
+                    self.array(&keyword, words.get(2).ok_or_else(bad)?, components, count, false)?;
+                    self.head.places.extend(self.arrays.pop());
                 }
                 ("DIMENSIONS", _) => self.head.dims = Some(numbers("DIMENSIONS", rest, "3 integers from 2")?),
                 ("ORIGIN", _) => self.head.origin = Some(DVec3::from_array(numbers("ORIGIN", rest, "3 numbers")?)),
@@ -204,7 +316,10 @@ impl Walker<'_> {
                         break;
                     }
                 }
-                _ => return Err(VolumeError::key("the keyword", &line, "one of STRUCTURED_POINTS")),
+                _ => {
+                    let (name, _) = Dataset::NAMES.iter().find(|(_, dataset)| *dataset == self.head.dataset).unwrap_or(&Dataset::NAMES[0]);
+                    return Err(VolumeError::key("the keyword", &line, format!("one of {name}")));
+                }
             }
         }
         Ok((self.head, self.arrays))

@@ -4,6 +4,7 @@ mod cell_types;
 mod legacy_vtk;
 mod meta_image;
 pub mod nrrd;
+mod plot3d;
 mod raw;
 mod source;
 #[cfg(test)]
@@ -15,6 +16,7 @@ pub mod vtu;
 use crate::mesh::{MeshError, MeshParts, TetMesh};
 use crate::progress::{Cancelled, Progress};
 use crate::volume::Grid;
+pub use plot3d::Plot3dError;
 pub use raw::RawLayout;
 use source::Source;
 use std::fs::File;
@@ -28,8 +30,11 @@ use vtu::VtuError;
 pub const FORMATS: &[Format] = &[
     Format { name: "VTK XML unstructured grid", suffixes: &["vtu"], recognizes: is_vtu, reader: Reader::Mesh(vtu::read) },
     Format { name: "VTK XML image data", suffixes: &["vti"], recognizes: vti::recognizes, reader: Reader::Grid(vti::read) },
-    Format { name: "VTK legacy structured points", suffixes: &["vtk"], recognizes: legacy_vtk::recognizes, reader: Reader::Grid(legacy_vtk::read) },
+    Format { name: "VTK XML structured grid", suffixes: &["vts"], recognizes: vtu::structured::recognizes_structured, reader: Reader::Mesh(vtu::structured::read_structured) },
+    Format { name: "VTK XML rectilinear grid", suffixes: &["vtr"], recognizes: vtu::structured::recognizes_rectilinear, reader: Reader::Mesh(vtu::structured::read_rectilinear) },
+    Format { name: "VTK legacy structured points, structured or rectilinear grid", suffixes: &["vtk"], recognizes: legacy_vtk::recognizes, reader: Reader::Either(legacy_vtk::read) },
     Format { name: "NRRD", suffixes: &["nrrd", "nhdr"], recognizes: nrrd::recognizes, reader: Reader::Grid(nrrd::read) },
+    Format { name: "PLOT3D", suffixes: plot3d::SUFFIXES, recognizes: |_| false, reader: Reader::Structured(plot3d::read) },
     Format { name: "MetaImage", suffixes: &["mhd", "mha"], recognizes: meta_image::recognizes, reader: Reader::Grid(meta_image::read) },
 ];
 
@@ -52,6 +57,15 @@ pub struct Format {
 enum Reader {
     Mesh(fn(&Source<'_>, &Progress) -> Result<MeshParts, VtuError>),
     Grid(fn(&GridFile<'_>, &Progress) -> Result<Grid, VolumeError>),
+    Structured(fn(&GridFile<'_>, &Progress) -> Result<MeshParts, Plot3dError>),
+    Either(fn(&GridFile<'_>, &Progress) -> Result<Found, VolumeError>),
+}
+
+/// What a reader of either found.
+#[derive(Debug)]
+enum Found {
+    Mesh(MeshParts),
+    Grid(Grid),
 }
 
 /// What a file holds.
@@ -75,15 +89,33 @@ pub struct ReadOptions {
     pub raw: Option<RawLayout>,
     /// Bytes that the values of a volume may take in memory.
     pub memory_bytes: u64,
+    /// Raw numbers of a volume that take so many bytes or more stay in their file, which is mapped, if they can: see
+    /// [`Numbers`](crate::volume::Numbers). Fewer do only if memory lacks.
+    pub map_from_bytes: u64,
+    /// Where the solution of a PLOT3D grid lies.
+    pub solution: SolutionFile,
+}
+
+/// Where the solution of a PLOT3D grid lies.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum SolutionFile {
+    /// Beside the grid, under one of the usual names; without it there is nothing to show, which is an error.
+    #[default]
+    Beside,
+    /// Beside the grid if it is there; else the mesh has no arrays.
+    IfBeside,
+    /// Here.
+    At(PathBuf),
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        ReadOptions { array: None, component: None, raw: None, memory_bytes: u64::MAX }
+        let map_from_bytes = 64 << 20;
+        ReadOptions { array: None, component: None, raw: None, memory_bytes: u64::MAX, map_from_bytes, solution: SolutionFile::Beside }
     }
 }
 
-/// A file that a reader of volumes works on.
+/// A file that a reader works on that may need others.
 struct GridFile<'a> {
     source: &'a Source<'a>,
     /// Where it lies: other files are looked for beside it.
@@ -112,8 +144,14 @@ pub enum Problem {
     /// It is no sound volume.
     #[error("{0}")]
     Volume(#[from] VolumeError),
+    /// It is no sound PLOT3D grid, or its solution is not.
+    #[error("{0}")]
+    Plot3d(#[from] Plot3dError),
+    /// A solution was named for a file of another format.
+    #[error("is {0}, which has its arrays in itself; a solution belongs to a PLOT3D grid")]
+    NoUseForSolution(&'static str),
     /// It is a volume where a mesh is needed.
-    #[error("is a regular volume ({0}), expected a tetrahedral mesh; octetra render, regularize and info take volumes")]
+    #[error("is a regular volume ({0}), expected a tetrahedral mesh; octetra render, view, tune, regularize and info take volumes")]
     IsVolume(&'static str),
 }
 
@@ -141,9 +179,14 @@ pub fn read(path: &Path, options: &ReadOptions, progress: &Progress) -> Result<D
     found.map_err(|problem| named(path, problem))
 }
 
-/// Reads a mesh, as [`read`] does; a volume is refused.
+/// Reads a mesh, as [`read`] does with default options; a volume is refused.
 pub fn read_mesh(path: &Path, progress: &Progress) -> Result<TetMesh, FormatError> {
-    let found = open(path).and_then(|(file, len)| read_mesh_source(&Source::File(&file, len), path, progress));
+    read_mesh_with(path, &ReadOptions::default(), progress)
+}
+
+/// Reads a mesh, as [`read`] does; a volume is refused before its numbers are read.
+pub fn read_mesh_with(path: &Path, options: &ReadOptions, progress: &Progress) -> Result<TetMesh, FormatError> {
+    let found = open(path).and_then(|(file, len)| read_mesh_source(&Source::File(&file, len), path, options, progress));
     found.map_err(|problem| named(path, problem))
 }
 
@@ -151,7 +194,7 @@ pub fn read_mesh(path: &Path, progress: &Progress) -> Result<TetMesh, FormatErro
 /// errors begin with it.
 pub fn read_embedded(name: &str, bytes: &[u8], progress: &Progress) -> Result<TetMesh, FormatError> {
     let path = Path::new(name);
-    read_mesh_source(&Source::Bytes(bytes), path, progress).map_err(|problem| named(path, problem))
+    read_mesh_source(&Source::Bytes(bytes), path, &ReadOptions::default(), progress).map_err(|problem| named(path, problem))
 }
 
 fn open(path: &Path) -> Result<(File, u64), Problem> {
@@ -162,7 +205,9 @@ fn open(path: &Path) -> Result<(File, u64), Problem> {
 
 fn named(path: &Path, problem: Problem) -> FormatError {
     match problem {
-        Problem::Vtu(VtuError::Cancelled(cancelled)) => FormatError::Cancelled(cancelled),
+        Problem::Vtu(VtuError::Cancelled(cancelled)) | Problem::Plot3d(Plot3dError::Cancelled(cancelled)) => {
+            FormatError::Cancelled(cancelled)
+        }
         Problem::Volume(volume) if volume.cancelled().is_some() => FormatError::Cancelled(Cancelled),
         problem => FormatError::File { path: path.to_owned(), problem: Box::new(problem) },
     }
@@ -173,18 +218,35 @@ fn read_source(source: &Source<'_>, path: &Path, options: &ReadOptions, progress
     if let Some(layout) = &options.raw {
         return Ok(Data::Grid(raw::read(&file, layout, progress)?));
     }
-    match format_of(source, path)?.reader {
-        Reader::Mesh(read) => Ok(Data::Mesh(TetMesh::new(read(source, progress)?)?)),
-        Reader::Grid(read) => Ok(Data::Grid(read(&file, progress)?)),
+    let format = format_of(source, path)?;
+    check_solution(format, options)?;
+    let found = match format.reader {
+        Reader::Grid(read) => Found::Grid(read(&file, progress)?),
+        Reader::Mesh(read) => Found::Mesh(read(source, progress)?),
+        Reader::Structured(read) => Found::Mesh(read(&file, progress)?),
+        Reader::Either(read) => read(&file, progress)?,
+    };
+    match found {
+        Found::Grid(grid) => Ok(Data::Grid(grid)),
+        Found::Mesh(parts) => Ok(Data::Mesh(TetMesh::new(parts)?)),
     }
 }
 
-fn read_mesh_source(source: &Source<'_>, path: &Path, progress: &Progress) -> Result<TetMesh, Problem> {
+fn read_mesh_source(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &Progress) -> Result<TetMesh, Problem> {
     let format = format_of(source, path)?;
-    match format.reader {
-        Reader::Mesh(read) => Ok(TetMesh::new(read(source, progress)?)?),
-        Reader::Grid(_) => Err(Problem::IsVolume(format.name)),
+    if matches!(format.reader, Reader::Grid(_)) {
+        return Err(Problem::IsVolume(format.name));
     }
+    match read_source(source, path, &ReadOptions { raw: None, ..options.clone() }, progress)? {
+        Data::Mesh(mesh) => Ok(mesh),
+        Data::Grid(_) => Err(Problem::IsVolume(format.name)),
+    }
+}
+
+/// Only PLOT3D has its arrays in a second file.
+fn check_solution(format: &Format, options: &ReadOptions) -> Result<(), Problem> {
+    let has_use = matches!(format.reader, Reader::Structured(_)) || !matches!(options.solution, SolutionFile::At(_));
+    if has_use { Ok(()) } else { Err(Problem::NoUseForSolution(format.name)) }
 }
 
 fn format_of(source: &Source<'_>, path: &Path) -> Result<&'static Format, Problem> {

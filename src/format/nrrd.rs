@@ -274,7 +274,7 @@ pub fn write(path: &Path, grid: &Grid, progress: &Progress) -> io::Result<()> {
     write_atomically(path, |out| out.write_all(head.as_bytes()))
 }
 
-/// Where [`write`] puts the data of a header.
+/// Where [`write()`] puts the data of a header.
 pub fn data_path(path: &Path) -> PathBuf {
     path.with_extension("raw")
 }

@@ -14,6 +14,14 @@ pub(super) enum Source<'a> {
 }
 
 impl Source<'_> {
+    /// The same bytes once more.
+    pub fn again(&self) -> Source<'_> {
+        match self {
+            Source::Bytes(bytes) => Source::Bytes(bytes),
+            Source::File(file, len) => Source::File(file, *len),
+        }
+    }
+
     /// Length in bytes.
     pub fn len(&self) -> u64 {
         match self {

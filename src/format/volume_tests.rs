@@ -160,7 +160,9 @@ fn nrrd_directions_origins_and_vectors() {
 fn what_is_written_as_nrrd_comes_back() {
     let steps = DMat3::from_cols(DVec3::new(0.0, 2.0, 0.1), DVec3::new(-1.0, 0.0, 0.0), DVec3::new(0.0, 0.0, 3.5));
     let frame = GridFrame { dims: [3, 2, 2], origin: DVec3::new(0.1, -1e-9, 3e7), steps };
-    for samples in [Samples::I16(VALUES.map(|v| v as i16 - 300).to_vec()), Samples::F64(VALUES.map(|v| v as f64 / 7.0).to_vec())] {
+    for samples in
+        [Samples::I16(VALUES.map(|v| v as i16 - 300).to_vec().into()), Samples::F64(VALUES.map(|v| v as f64 / 7.0).to_vec().into())]
+    {
         let written = Grid::new(frame, "a\nb".into(), samples).expect("valid");
         for name in ["a.nrrd", "b.nhdr"] {
             let folder = folder(&[]);
@@ -359,7 +361,7 @@ fn broken_headers_are_named_by_key_and_expectation() {
     let legacy = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 3 2 2\nPOINT_DATA 12\nSCALARS s int\n0 1 2 3 4 5 6 7 8 9 10 11\n";
     for (from, to, expected) in [
         ("ASCII", "EBCDIC", "line 3 is \"EBCDIC\", expected ASCII or BINARY"),
-        ("STRUCTURED_POINTS", "RECTILINEAR_GRID", "DATASET is \"RECTILINEAR_GRID\", expected STRUCTURED_POINTS"),
+        ("STRUCTURED_POINTS", "POLYDATA", "DATASET is \"POLYDATA\", expected STRUCTURED_POINTS, STRUCTURED_GRID, RECTILINEAR_GRID, which"),
         ("DIMENSIONS 3 2 2\n", "", "DIMENSIONS is missing"),
         ("DIMENSIONS 3 2 2", "DIMENSIONS 3 2 9", "the size of array \"s\" is \"12\", expected 54, by DIMENSIONS 3 2 9"),
         ("SCALARS s int", "SCALARS s text", "the type of array \"s\" is \"text\""),
@@ -412,7 +414,7 @@ impl ReplaceAll for Vec<u8> {
 #[test]
 fn formats_are_told_by_content_whatever_the_suffix() {
     let data = nrrd("dimension: 3\nsizes: 3 2 2");
-    assert_eq!(grid(&[("a.data", &data)]).samples(), &Samples::U8(VALUES.map(|v| v as u8).to_vec()));
+    assert_eq!(grid(&[("a.data", &data)]).samples(), &Samples::U8(VALUES.map(|v| v as u8).to_vec().into()));
     let folder = folder(&[("a.nrrd", &data)]);
     let error = read_mesh(&folder.path().join("a.nrrd"), &Progress::new()).expect_err("no mesh").to_string();
     assert!(error.contains("is a regular volume (NRRD), expected a tetrahedral mesh"), "{error}");
@@ -455,4 +457,115 @@ fn damaged_files_give_errors_and_no_panic() {
             let _ = read_source(&source, Path::new(name), &options, &Progress::new());
         }
     }
+}
+
+#[test]
+fn raw_numbers_stay_in_their_file_where_they_can() {
+    let head = |type_name: &str, endian: &str| {
+        format!("NRRD0004\ntype: {type_name}\nendian: {endian}\ndimension: 3\nsizes: 3 2 2\nencoding: raw\ndata file: a.raw\n")
+    };
+    let floats = |big: bool| bytes("f32", &VALUES, big);
+    let all = ReadOptions { map_from_bytes: 0, ..Default::default() };
+    let mapped = |files: &[(&str, &[u8])], options: &ReadOptions| {
+        let folder = folder(files);
+        let grid = read_from(&folder, files[0].0, options).expect("sound");
+        assert_eq!(numbers(&grid), VALUES.map(|v| v as f64));
+        (grid.samples().is_mapped(), grid.bytes())
+    };
+    let (native, other) = if cfg!(target_endian = "big") { ("big", "little") } else { ("little", "big") };
+    let own = |endian: &str| floats(endian == "big");
+    assert_eq!(mapped(&[("a.nhdr", head("float", native).as_bytes()), ("a.raw", &own(native))], &all), (true, 0));
+    assert_eq!(mapped(&[("a.nhdr", head("float", other).as_bytes()), ("a.raw", &own(other))], &all), (false, 48), "another byte order");
+    assert_eq!(mapped(&[("a.nhdr", head("uint8", other).as_bytes()), ("a.raw", &bytes("u8", &VALUES, true))], &all), (true, 0));
+    assert!(!mapped(&[("a.nhdr", head("int64", native).as_bytes()), ("a.raw", &bytes("i64", &VALUES, native == "big"))], &all).0);
+    let sound = [("a.nhdr", head("float", native)), ("a.raw", String::new())];
+    let files = [(sound[0].0, sound[0].1.as_bytes()), ("a.raw", &own(native)[..])];
+    assert!(!mapped(&files, &ReadOptions::default()).0, "a small file is read");
+    let budget = ReadOptions { memory_bytes: 40, ..Default::default() };
+    assert_eq!(mapped(&files, &budget), (true, 0), "but for want of memory");
+
+    // Behind a header numbers may lie askew.
+    for padding in ["", " ", "  ", "   "] {
+        let head = format!("NRRD0004\n#{padding}\ntype: float\nendian: {native}\ndimension: 3\nsizes: 3 2 2\nencoding: raw\n\n");
+        let file = [head.as_bytes(), &own(native)].concat();
+        assert_eq!(mapped(&[("a.nrrd", &file)], &all).0, head.len().is_multiple_of(4), "{padding:?}");
+    }
+    let layout = RawLayout { dims: [3, 2, 2], voxel: "f32", spacing: [1.0; 3], is_big_endian: native == "big" };
+    assert!(mapped(&[("a.raw", &own(native))], &ReadOptions { raw: Some(layout), ..all.clone() }).0);
+    let meta = format!(
+        "NDims = 3\nDimSize = 3 2 2\nBinaryDataByteOrderMSB = {}\nElementType = MET_FLOAT\nElementDataFile = a.raw\n",
+        native == "big"
+    );
+    assert!(mapped(&[("a.mhd", meta.as_bytes()), ("a.raw", &own(native))], &all).0);
+
+    let mut infinite = own(native);
+    infinite[4..8].copy_from_slice(&f32::INFINITY.to_ne_bytes());
+    let folder = folder(&[("a.nhdr", head("float", native).as_bytes()), ("a.raw", &infinite)]);
+    let grid = read_from(&folder, "a.nhdr", &all).expect("sound");
+    assert!(!grid.samples().is_mapped() && grid.missing() == 1, "what must be changed is copied");
+    drop(grid);
+    assert_eq!(std::fs::read(folder.path().join("a.raw")).expect("there"), infinite, "and the file is left alone");
+}
+
+/// A legacy file of a dataset: lines, and numbers in between as text or big-endian floats.
+fn legacy(binary: bool, dataset: &str, parts: &[(&str, &[f64])]) -> Vec<u8> {
+    let mode = if binary { "BINARY" } else { "ASCII" };
+    let mut file = format!("# vtk DataFile Version 3.0\ntitle\n{mode}\nDATASET {dataset}\n").into_bytes();
+    for (line, numbers) in parts {
+        file.extend(format!("{line}\n").bytes());
+        match binary {
+            true => file.extend(numbers.iter().flat_map(|&n| (n as f32).to_be_bytes())),
+            false => file.extend(numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ").bytes()),
+        }
+        file.extend(b"\n");
+    }
+    file
+}
+
+fn legacy_mesh(file: &[u8]) -> Result<TetMesh, String> {
+    let folder = folder(&[("a.vtk", file)]);
+    match read(&folder.path().join("a.vtk"), &ReadOptions::default(), &Progress::new()) {
+        Ok(Data::Mesh(mesh)) => Ok(mesh),
+        Ok(Data::Grid(_)) => panic!("a volume"),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+#[test]
+fn legacy_structured_and_rectilinear_grids_are_meshes() {
+    let values: Vec<f64> = (0..12).map(f64::from).collect();
+    let points: Vec<f64> = (0..12).flat_map(|i| [f64::from(i % 3) * 2.0, f64::from(i / 3 % 2), -f64::from(i / 6)]).collect();
+    let (xs, ys, zs) = ([0.0, 2.0, 4.0], [0.0, 1.0], [-1.0, 0.0]);
+    let volume = |mesh: &TetMesh| (0..mesh.tets().len()).map(|t| crate::geometry::signed_volume(&mesh.corners(t))).sum::<f64>();
+    for binary in [false, true] {
+        let data = [
+            ("POINT_DATA 12\nSCALARS n float 1\nLOOKUP_TABLE default", &values[..]),
+            ("CELL_DATA 2\nSCALARS c float\nLOOKUP_TABLE default", &[5.0, 7.0]),
+        ];
+        let curved = legacy(binary, "STRUCTURED_GRID", &[&[("DIMENSIONS 3 2 2\nPOINTS 12 float", &points[..])], &data[..]].concat());
+        let axes = [("DIMENSIONS 3 2 2\nX_COORDINATES 3 float", &xs[..]), ("Y_COORDINATES 2 float", &ys), ("Z_COORDINATES 2 float", &zs)];
+        for (file, first) in [(curved, DVec3::ZERO), (legacy(binary, "RECTILINEAR_GRID", &[&axes[..], &data[..]].concat()), DVec3::NEG_Z)] {
+            let mesh = legacy_mesh(&file).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!((mesh.points().len(), mesh.tets().len(), mesh.inverted_count()), (12, 10, 0));
+            assert!((volume(&mesh) - 4.0).abs() < 1e-12 && mesh.points()[0] + mesh.center() == first);
+            let (n, c) = (&mesh.point_data()[0], &mesh.cell_data()[0]);
+            assert_eq!((n.name.as_str(), n.values.get(11), c.values.get(4), c.values.get(5)), ("n", 11.0, 5.0, 7.0));
+        }
+    }
+    let broken = |dataset: &str, parts: &[(&str, &[f64])], expected: &str| {
+        let error = legacy_mesh(&legacy(false, dataset, parts)).expect_err("broken");
+        assert!(error.contains(expected) && !error.contains('\n'), "\"{error}\" does not say \"{expected}\"");
+    };
+    broken("STRUCTURED_GRID", &[("DIMENSIONS 3 2 2", &[])], "POINTS is missing");
+    broken("STRUCTURED_GRID", &[("DIMENSIONS 3 2 3\nPOINTS 12 float", &points)], "the size of array \"POINTS\" is \"12\", expected 18");
+    broken("STRUCTURED_GRID", &[("DIMENSIONS 3 2 2\nPOINTS 12 float", &points[..30])], "array \"POINTS\"");
+    broken("STRUCTURED_GRID", &[("DIMENSIONS 3 4 1\nPOINTS 12 float", &points)], "DIMENSIONS is \"3 4 1\", expected 2 points or more");
+    broken("STRUCTURED_GRID", &[("DIMENSIONS 9999999 9999999 9999999\nPOINTS 12 float", &points)], "fewer than 4294967295 in all");
+    broken(
+        "RECTILINEAR_GRID",
+        &[("DIMENSIONS 3 2 2\nX_COORDINATES 3 float", &xs), ("Y_COORDINATES 2 float", &ys)],
+        "Z_COORDINATES is missing",
+    );
+    let short = [("DIMENSIONS 3 2 2\nX_COORDINATES 2 float", &xs[..2]), ("Y_COORDINATES 2 float", &ys), ("Z_COORDINATES 2 float", &zs)];
+    broken("RECTILINEAR_GRID", &short, "\"X_COORDINATES\" is \"2\", expected 3");
 }

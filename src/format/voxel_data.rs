@@ -7,7 +7,7 @@ use super::vtu::number::{self, ByteOrder, Item, ScalarType};
 use super::vtu::xml::{Array, Head, Place};
 use super::vtu::{ArrayError, VtuError};
 use crate::progress::{Cancelled, Progress};
-use crate::volume::{Grid, GridError, GridFrame, Samples, pick_component};
+use crate::volume::{Grid, GridError, GridFrame, Numbers, Samples, pick_component};
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
@@ -235,13 +235,16 @@ impl<'a> DataFile<'a> {
         self.with_source(|source| {
             let left = source.len().saturating_sub(at);
             self.check_length(left, bytes, stored)?;
+            if let Some(mapped) = self.map(source, at, bytes, stored, file) {
+                return Ok(mapped);
+            }
             file.check_memory(bytes, format!("{} voxels", stored.numbers))?;
             progress.begin("reading", bytes);
             macro_rules! of {
                 ($samples:ident) => {{
                     let mut out = Vec::new();
                     self.read_items(source, at, bytes, stored, progress, &mut out)?;
-                    Samples::$samples(out)
+                    Samples::$samples(out.into())
                 }};
             }
             Ok(match stored.scalar {
@@ -255,6 +258,34 @@ impl<'a> DataFile<'a> {
                 ScalarType::UInt64 | ScalarType::Int64 | ScalarType::Float64 => of!(F64),
             })
         })
+    }
+
+    /// The numbers where they lie, if they are many, their bytes are what this machine has in memory, and the system can.
+    fn map(&self, source: &Source<'_>, at: u64, bytes: u64, stored: &Stored, file: &GridFile<'_>) -> Option<Samples> {
+        let options = file.options;
+        let is_native = stored.scalar.size() == 1 || (stored.order == ByteOrder::Big) == cfg!(target_endian = "big");
+        let is_large = bytes >= options.map_from_bytes || bytes > options.memory_bytes;
+        let Source::File(on_disk, _) = source else { return None };
+        if stored.encoding != Encoding::Raw || !is_native || !is_large {
+            return None;
+        }
+        let count = usize::try_from(stored.numbers).ok()?;
+        macro_rules! of {
+            ($samples:ident) => {
+                Numbers::map(on_disk, at, count).ok()?.map(Samples::$samples)
+            };
+        }
+        match stored.scalar {
+            ScalarType::UInt8 => of!(U8),
+            ScalarType::Int8 => of!(I8),
+            ScalarType::UInt16 => of!(U16),
+            ScalarType::Int16 => of!(I16),
+            ScalarType::UInt32 => of!(U32),
+            ScalarType::Int32 => of!(I32),
+            ScalarType::Float32 => of!(F32),
+            ScalarType::Float64 => of!(F64),
+            ScalarType::UInt64 | ScalarType::Int64 => None, // kept as floats
+        }
     }
 
     fn length(&self, found: String, expected: u64, stored: &Stored) -> VolumeError {
@@ -364,6 +395,10 @@ pub(super) fn grid(
     inner: usize,
     components: usize,
 ) -> Result<Grid, VolumeError> {
+    // What is picked from the vectors of a mapped file comes into memory.
+    if components > 1 && samples.is_mapped() {
+        file.check_memory(frame.points() * (samples.bytes() / samples.len()).max(4) as u64, format!("{} voxels", frame.points()))?;
+    }
     let picked = pick_component(samples, inner, components, file.options.component)?;
     Ok(Grid::new(frame, name.to_owned(), picked)?)
 }

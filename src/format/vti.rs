@@ -124,7 +124,7 @@ fn read_array(reader: &ArrayReader<'_>, array: &Array, items: u64) -> Result<Sam
         ($samples:ident) => {{
             let mut out = Vec::new();
             reader.append(array, items, &mut out)?;
-            Samples::$samples(out)
+            Samples::$samples(out.into())
         }};
     }
     Ok(match array.scalar {
@@ -156,7 +156,7 @@ fn assemble(parts: &[([[i64; 2]; 3], Samples)], whole: &[[i64; 2]; 3], scalar: S
                     place(&mut out, &mut filled, values, extent, whole, width);
                 }
             }
-            Samples::$samples(out)
+            Samples::$samples(out.into())
         }};
     }
     let all = match scalar {

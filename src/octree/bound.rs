@@ -9,7 +9,7 @@ use glam::{DVec3, UVec3, Vec3};
 use rayon::prelude::*;
 
 /// What rounding to f32 may add to an error, relative to the field's range.
-const ROUNDING: f64 = 2e-6;
+pub(super) const ROUNDING: f64 = 2e-6;
 
 /// A bound of the difference between the reconstructed field and the mesh's own, relative to the field's range.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,7 +58,7 @@ pub fn error_bound(mesh: &TetMesh, field: &ScalarField, texture: &OctreeTexture,
 }
 
 /// The larger of two errors; of equals the one that comes first along x, y, z.
-fn larger(a: (f64, DVec3), b: (f64, DVec3)) -> (f64, DVec3) {
+pub(super) fn larger(a: (f64, DVec3), b: (f64, DVec3)) -> (f64, DVec3) {
     let key = |e: &(f64, DVec3)| (e.0, -e.1.x, -e.1.y, -e.1.z);
     if key(&b) > key(&a) { b } else { a }
 }

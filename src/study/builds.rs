@@ -1,7 +1,7 @@
 //! Builds: the paper's table of build times and node counts.
 
 use crate::mesh::{ScalarField, TetMesh};
-use crate::octree::{Octree, OctreeParams, OctreeTexture, RegularizeError, TextureError, regularize};
+use crate::octree::{Octree, OctreeParams, OctreeTexture, RegularizeError, Subject, TextureError, regularize};
 use crate::progress::Progress;
 use std::time::Instant;
 
@@ -60,10 +60,19 @@ impl Build {
         repeats: usize,
         progress: &Progress,
     ) -> Result<Build, BuildError> {
+        Self::repeated(repeats, || regularize(mesh, field, params, progress))
+    }
+
+    /// The same of a mesh's field or a volume.
+    pub fn measure_subject(subject: &Subject, params: &OctreeParams, repeats: usize, progress: &Progress) -> Result<Build, BuildError> {
+        Self::repeated(repeats, || subject.regularize(params, progress))
+    }
+
+    fn repeated(repeats: usize, regularized: impl Fn() -> Result<Octree, RegularizeError>) -> Result<Build, BuildError> {
         let mut seconds = Vec::new();
         loop {
             let start = Instant::now();
-            let tree = regularize(mesh, field, params, progress)?;
+            let tree = regularized()?;
             let texture = OctreeTexture::encode(&tree)?;
             seconds.push(start.elapsed().as_secs_f64());
             if seconds.len() >= repeats {

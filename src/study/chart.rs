@@ -114,7 +114,7 @@ impl Chart<'_> {
             .x_label_formatter(&|v| two_digits(*v))
             .y_label_formatter(&|v| format!("{:.1}", v).trim_end_matches(".0").to_owned())
             .x_desc(name)
-            .y_desc("PSNR of the worst view, dB")
+            .y_desc(if self.is_of_field() { "PSNR of the field, dB" } else { "PSNR of the worst view, dB" })
             .draw()?;
 
         let front = picture_front(self.rows, |row| at(row).0);
@@ -150,6 +150,11 @@ impl Chart<'_> {
                 .draw()?;
         }
         Ok(())
+    }
+
+    /// Whether PSNR is the field's, as of a volume, and not the pictures'.
+    fn is_of_field(&self) -> bool {
+        self.rows.iter().all(|row| row.psnr_db_by_view.is_empty())
     }
 
     /// Axes that hold all rows, with room at the left for names and above.

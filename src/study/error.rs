@@ -1,13 +1,13 @@
-//! How far an octree texture is from the field it was made of: the error at random points of the mesh (maths 3.5).
+//! How far an octree texture is from the field it was made of: the error at random points of the mesh (maths 3.5) or volume.
 
 use crate::mesh::{ScalarField, TetMesh};
-use crate::octree::OctreeTexture;
+use crate::octree::{OctreeTexture, Subject};
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
 use rayon::prelude::*;
 
 /// Points that one generator draws. Fixed, so that the points are the same for any number of threads.
-const CHUNK: usize = 4096;
+pub(super) const CHUNK: usize = 4096;
 
 /// How the error is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,15 +27,16 @@ impl Default for ErrorSampling {
     }
 }
 
-/// The measured error of an octree texture: the reconstructed value less the mesh's own (linear in a tet), both relative to the field's
-/// range. A constant field has no range: its values are 0 in both, and so is its error.
+/// The measured error of an octree texture: the reconstructed value less the mesh's own (linear in a tet) or the volume's (trilinear between
+/// points), both relative to the field's range. A constant field has no range: its values are 0 in both, and so is its error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldError {
     /// How it was measured.
     pub sampling: ErrorSampling,
     /// Over points that are spread evenly over the mesh's volume: what a viewer sees.
     pub by_volume: ErrorFigures,
-    /// Over points that are spread evenly over the mesh's tets: boundary layers, whose tets are small and many, count in full.
+    /// Over points that are spread evenly over the mesh's tets: boundary layers, whose tets are small and many, count in full. Of a volume,
+    /// whose cells are all of one size, the same as over the volume.
     pub by_tet: ErrorFigures,
 }
 
@@ -56,13 +57,21 @@ pub struct ErrorFigures {
     pub p999_rel: f64,
     /// `-20 log10(rmse_rel)`, in decibels; infinite where there is no error.
     pub psnr_db: f64,
-    /// Share of all points at which the octree is empty though they lie in the mesh.
+    /// Share of all points at which the octree is empty though they lie in the mesh, or between points of a volume that are not missing.
     pub uncovered: f64,
     /// Share of the points whose error is above [`ErrorSampling::tolerance`].
     pub above_tolerance: Option<f64>,
 }
 
 impl FieldError {
+    /// Measures the octree of a mesh's field or of a volume: [`FieldError::measure`] or [`FieldError::measure_grid`].
+    pub fn of(subject: &Subject, texture: &OctreeTexture, sampling: &ErrorSampling, progress: &Progress) -> Result<FieldError, Cancelled> {
+        match subject {
+            Subject::Mesh(mesh, field) => Self::measure(mesh, field, texture, sampling, progress),
+            Subject::Volume(grid) => Self::measure_grid(grid, texture, sampling, progress),
+        }
+    }
+
     /// Measures at seeded random points.
     ///
     /// The points are stratified: the i-th of N is drawn from the i-th N-th of the volume (or of the tets), which gives each its share
@@ -128,10 +137,13 @@ impl<'a> Stratified<'a> {
 }
 
 /// What a chunk of points found.
-struct Found {
+#[derive(Default)]
+pub(super) struct Found {
     squares: f64,
     covered: usize,
     above: usize,
+    /// Points at which there is no field.
+    pub missing: usize,
     /// The largest error, and where it is relative to the mesh's centre.
     worst: (f64, DVec3),
 }
@@ -148,25 +160,7 @@ struct Probe<'a> {
 impl Probe<'_> {
     fn figures(&self, draw: &Stratified) -> Result<ErrorFigures, Cancelled> {
         let points = if draw.total() > 0.0 { self.sampling.points } else { 0 };
-        let mut errors = vec![UNCOVERED; points];
-        let found: Vec<Found> =
-            errors.par_chunks_mut(CHUNK).enumerate().map(|(k, errors)| self.chunk(draw, k, errors)).collect::<Result<_, _>>()?;
-        // Chunks are added in their order: floating-point sums depend on it.
-        let all = found.into_iter().fold(Found { squares: 0.0, covered: 0, above: 0, worst: (0.0, DVec3::ZERO) }, Found::and);
-        let [p99_rel, p999_rel] = percentiles(&mut errors, all.covered, [0.99, 0.999]);
-        let share = |count: usize, of: usize| if of > 0 { count as f64 / of as f64 } else { f64::NAN };
-        let rmse_rel = (all.squares / all.covered as f64).sqrt();
-        Ok(ErrorFigures {
-            points: all.covered,
-            rmse_rel,
-            max_rel: if all.covered > 0 { all.worst.0 } else { f64::NAN },
-            max_at: (all.worst.0 > 0.0).then_some(all.worst.1 + self.mesh.center()),
-            p99_rel,
-            p999_rel,
-            psnr_db: -20.0 * rmse_rel.log10(),
-            uncovered: share(points - all.covered, points),
-            above_tolerance: self.sampling.tolerance.map(|_| share(all.above, all.covered)),
-        })
+        figures(self.sampling, points, self.mesh.center(), |k, errors| self.chunk(draw, k, errors))
     }
 
     /// Measures at the points of chunk `k` and leaves the size of each error in `errors`.
@@ -174,11 +168,10 @@ impl Probe<'_> {
         self.progress.check()?;
         let mut random = SplitMix64::of_chunk(self.sampling.seed, k as u64);
         let stratum = draw.total() / self.sampling.points as f64;
-        let tolerance = self.sampling.tolerance.unwrap_or(f64::INFINITY);
         let (root_min, scale) = (self.texture.root_min(), 1.0 / self.texture.root_edge());
         let mut place = draw.cumulative.partition_point(|&sum| sum <= (k * CHUNK) as f64 * stratum).min(draw.tets.len() - 1);
         let mut tet = self.tet(draw.tets[place]);
-        let mut found = Found { squares: 0.0, covered: 0, above: 0, worst: (0.0, DVec3::ZERO) };
+        let mut found = Found::default();
         for (i, size) in errors.iter_mut().enumerate() {
             let next = draw.advance(place, ((k * CHUNK + i) as f64 + random.unit()) * stratum);
             if next != place {
@@ -189,14 +182,7 @@ impl Probe<'_> {
             let at = corners[0] * b[0] + corners[1] * b[1] + corners[2] * b[2] + corners[3] * b[3];
             let expected = values[0] * b[0] + values[1] * b[1] + values[2] * b[2] + values[3] * b[3];
             let Some(value) = self.texture.value_at((at - root_min) * scale) else { continue };
-            let error = (f64::from(value) - expected).abs();
-            *size = error as f32;
-            found.squares += error * error;
-            found.covered += 1;
-            found.above += usize::from(error > tolerance);
-            if error > found.worst.0 {
-                found.worst = (error, at);
-            }
+            *size = found.add(value, expected, at, self.sampling);
         }
         self.progress.add(errors.len() as u64);
         Ok(found)
@@ -209,14 +195,56 @@ impl Probe<'_> {
 }
 
 impl Found {
+    /// Counts a point and gives the size of its error.
+    #[inline]
+    pub fn add(&mut self, value: f32, expected: f64, at: DVec3, sampling: &ErrorSampling) -> f32 {
+        let error = (f64::from(value) - expected).abs();
+        self.squares += error * error;
+        self.covered += 1;
+        self.above += usize::from(error > sampling.tolerance.unwrap_or(f64::INFINITY));
+        if error > self.worst.0 {
+            self.worst = (error, at);
+        }
+        error as f32
+    }
+
     fn and(self, next: Found) -> Found {
         Found {
             squares: self.squares + next.squares,
             covered: self.covered + next.covered,
             above: self.above + next.above,
+            missing: self.missing + next.missing,
             worst: if next.worst.0 > self.worst.0 { next.worst } else { self.worst },
         }
     }
+}
+
+/// Measures at so many points, chunk by chunk: `chunk` has the number of one and leaves the size of each error; `center` is what places are
+/// relative to.
+pub(super) fn figures(
+    sampling: &ErrorSampling,
+    points: usize,
+    center: DVec3,
+    chunk: impl Fn(usize, &mut [f32]) -> Result<Found, Cancelled> + Sync,
+) -> Result<ErrorFigures, Cancelled> {
+    let mut errors = vec![UNCOVERED; points];
+    let found: Vec<Found> = errors.par_chunks_mut(CHUNK).enumerate().map(|(k, errors)| chunk(k, errors)).collect::<Result<_, _>>()?;
+    // Chunks are added in their order: floating-point sums depend on it.
+    let all = found.into_iter().fold(Found::default(), Found::and);
+    let [p99_rel, p999_rel] = percentiles(&mut errors, all.covered, [0.99, 0.999]);
+    let share = |count: usize, of: usize| if of > 0 { count as f64 / of as f64 } else { f64::NAN };
+    let rmse_rel = (all.squares / all.covered as f64).sqrt();
+    Ok(ErrorFigures {
+        points: all.covered,
+        rmse_rel,
+        max_rel: if all.covered > 0 { all.worst.0 } else { f64::NAN },
+        max_at: (all.worst.0 > 0.0).then_some(all.worst.1 + center),
+        p99_rel,
+        p999_rel,
+        psnr_db: -20.0 * rmse_rel.log10(),
+        uncovered: share(points - all.missing - all.covered, points - all.missing),
+        above_tolerance: sampling.tolerance.map(|_| share(all.above, all.covered)),
+    })
 }
 
 /// Stands in for the error of a point where the octree is empty: below every error.
@@ -241,11 +269,11 @@ fn percentiles<const N: usize>(errors: &mut [f32], covered: usize, shares: [f64;
 }
 
 /// SplitMix64 (Steele, Lea & Flood, *Fast Splittable Pseudorandom Number Generators*, 2014).
-struct SplitMix64(u64);
+pub(super) struct SplitMix64(u64);
 
 impl SplitMix64 {
     /// The generator of one chunk of points.
-    fn of_chunk(seed: u64, chunk: u64) -> Self {
+    pub fn of_chunk(seed: u64, chunk: u64) -> Self {
         let first = SplitMix64(seed).next();
         SplitMix64(SplitMix64(first ^ chunk).next())
     }
@@ -260,7 +288,7 @@ impl SplitMix64 {
 
     /// Uniform in [0, 1).
     #[inline]
-    fn unit(&mut self) -> f64 {
+    pub fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
 

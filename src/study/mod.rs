@@ -4,6 +4,7 @@ mod builds;
 mod chart;
 mod error;
 mod frames;
+mod grid_error;
 mod skipping;
 pub mod tune;
 

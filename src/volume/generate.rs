@@ -23,7 +23,7 @@ pub fn shell(n: u32) -> Result<Grid, GridError> {
             *value = (255.0 * density(DVec3::new(x as f64 * step - 1.0, y, z))).round() as u8;
         }
     });
-    Grid::new(frame, "density".into(), Samples::U8(values))
+    Grid::new(frame, "density".into(), Samples::U8(values.into()))
 }
 
 fn density(p: DVec3) -> f64 {

@@ -8,6 +8,9 @@ use rayon::prelude::*;
 /// Steps of a grid that are this near to being in a plane, by the volume that they span as unit vectors, make no volume.
 const FLAT: f64 = 1e-6;
 
+/// The range of no values.
+const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+
 /// Values beyond this leave no room for differences.
 const LARGEST: f64 = 1e300;
 
@@ -127,12 +130,16 @@ impl Grid {
         if samples.len() as u64 != frame.points() {
             return Err(GridError::Count { found: samples.len(), expected: frame.points() as usize });
         }
-        match &mut samples {
-            Samples::F32(values) => values.par_iter_mut().filter(|v| v.is_infinite()).for_each(|v| *v = f32::NAN),
-            Samples::F64(values) => values.par_iter_mut().filter(|v| v.is_infinite()).for_each(|v| *v = f64::NAN),
-            _ => {}
+        let (mut range, mut missing) = with_voxels!(&samples, voxels => extremes(voxels));
+        // Of what has no infinite value nothing is to be changed, so that it may stay in its file.
+        if range != NOTHING && range.iter().any(|v| v.is_infinite()) {
+            match &mut samples {
+                Samples::F32(values) => values.to_mut().par_iter_mut().filter(|v| v.is_infinite()).for_each(|v| *v = f32::NAN),
+                Samples::F64(values) => values.to_mut().par_iter_mut().filter(|v| v.is_infinite()).for_each(|v| *v = f64::NAN),
+                _ => {}
+            }
+            (range, missing) = with_voxels!(&samples, voxels => extremes(voxels));
         }
-        let (range, missing) = with_voxels!(&samples, voxels => extremes(voxels));
         if range[0] > range[1] {
             return Err(GridError::AllMissing);
         }
@@ -172,9 +179,9 @@ impl Grid {
         self.missing
     }
 
-    /// Bytes in memory.
+    /// Bytes in memory; none for numbers that lie in a mapped file.
     pub fn bytes(&self) -> usize {
-        self.samples.bytes()
+        if self.samples.is_mapped() { 0 } else { self.samples.bytes() }
     }
 }
 
@@ -193,7 +200,7 @@ fn extremes<T: Voxel>(voxels: &[T]) -> ([f64; 2], usize) {
     #[allow(clippy::eq_op)] // only NaN differs from itself, and integers have none
     let of_part = |part: &[T]| {
         let mut known = part.iter().copied().filter(|v| *v == *v);
-        let Some(first) = known.next() else { return ([f64::INFINITY, f64::NEG_INFINITY], part.len()) };
+        let Some(first) = known.next() else { return (NOTHING, part.len()) };
         let (mut lo, mut hi, mut missing) = (first, first, 0);
         for &v in part {
             lo = if v < lo { v } else { lo };
@@ -203,7 +210,7 @@ fn extremes<T: Voxel>(voxels: &[T]) -> ([f64; 2], usize) {
         ([lo.to_f64(), hi.to_f64()], missing)
     };
     let both = |a: ([f64; 2], usize), b: ([f64; 2], usize)| ([a.0[0].min(b.0[0]), a.0[1].max(b.0[1])], a.1 + b.1);
-    voxels.par_chunks(1 << 16).map(of_part).reduce(|| ([f64::INFINITY, f64::NEG_INFINITY], 0), both)
+    voxels.par_chunks(1 << 16).map(of_part).reduce(|| (NOTHING, 0), both)
 }
 
 /// One number a point from vectors: the component of this number, or the length. `inner` numbers lie between one component of a vector and
@@ -239,14 +246,16 @@ mod tests {
     fn values_that_are_not_finite_are_missing() {
         let mut values = vec![1.0; 8];
         (values[0], values[3], values[5]) = (f32::NAN, f32::INFINITY, -2.0);
-        let grid = Grid::new(frame([2, 2, 2]), "s".into(), Samples::F32(values)).expect("some are finite");
+        let grid = Grid::new(frame([2, 2, 2]), "s".into(), Samples::F32(values.into())).expect("some are finite");
         assert_eq!((grid.range(), grid.missing()), ([-2.0, 1.0], 2));
-        assert_eq!(Grid::new(frame([2, 2, 2]), "s".into(), Samples::F64(vec![f64::NAN; 8])).err(), Some(GridError::AllMissing));
+        let infinite = [f64::INFINITY, f64::NEG_INFINITY].repeat(4);
+        assert_eq!(Grid::new(frame([2, 2, 2]), "s".into(), Samples::F64(infinite.into())).err(), Some(GridError::AllMissing));
+        assert_eq!(Grid::new(frame([2, 2, 2]), "s".into(), Samples::F64(vec![f64::NAN; 8].into())).err(), Some(GridError::AllMissing));
     }
 
     #[test]
     fn what_spans_no_volume_is_refused() {
-        let bytes = |n| Samples::U8(vec![0; n]);
+        let bytes = |n| Samples::U8(vec![0; n].into());
         assert_eq!(Grid::new(frame([2, 1, 4]), "s".into(), bytes(8)).err(), Some(GridError::Dims([2, 1, 4])));
         assert!(matches!(Grid::new(frame([2, 2, 2]), "s".into(), bytes(9)), Err(GridError::Count { found: 9, expected: 8 })));
         assert!(matches!(Grid::new(frame([u32::MAX; 3]), "s".into(), bytes(9)), Err(GridError::TooLarge(_))));

@@ -2,8 +2,10 @@
 
 pub mod generate;
 mod grid;
+mod numbers;
 mod samples;
 
 pub use grid::{Grid, GridError, GridFrame, pick_component};
+pub use numbers::Numbers;
 pub(crate) use samples::with_voxels;
 pub use samples::{Samples, Voxel};

@@ -1,7 +1,10 @@
 //! The numbers of a volume in the type that the file has them in.
 
+use super::Numbers;
+use bytemuck::Pod;
+
 /// A type that the voxels of a volume may have.
-pub trait Voxel: Copy + Default + PartialOrd + Send + Sync + 'static {
+pub trait Voxel: Pod + Default + PartialOrd + Send + Sync {
     /// The number, without loss.
     fn to_f64(self) -> f64;
 }
@@ -10,21 +13,21 @@ pub trait Voxel: Copy + Default + PartialOrd + Send + Sync + 'static {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Samples {
     /// Unsigned 8-bit integers.
-    U8(Vec<u8>),
+    U8(Numbers<u8>),
     /// Signed 8-bit integers.
-    I8(Vec<i8>),
+    I8(Numbers<i8>),
     /// Unsigned 16-bit integers.
-    U16(Vec<u16>),
+    U16(Numbers<u16>),
     /// Signed 16-bit integers.
-    I16(Vec<i16>),
+    I16(Numbers<i16>),
     /// Unsigned 32-bit integers.
-    U32(Vec<u32>),
+    U32(Numbers<u32>),
     /// Signed 32-bit integers.
-    I32(Vec<i32>),
+    I32(Numbers<i32>),
     /// 32-bit floats.
-    F32(Vec<f32>),
+    F32(Numbers<f32>),
     /// 64-bit floats; 64-bit integers are kept so too.
-    F64(Vec<f64>),
+    F64(Numbers<f64>),
 }
 
 /// Evaluates an expression for the vector of a [`Samples`], whatever its type is.
@@ -73,9 +76,14 @@ impl Samples {
         with_voxels!(self, voxels => voxels[i].to_f64())
     }
 
-    /// Bytes in memory.
+    /// Bytes that the numbers take, in memory or in a mapped file.
     pub fn bytes(&self) -> usize {
         with_voxels!(self, voxels => size_of_val(&voxels[..]))
+    }
+
+    /// Whether the numbers lie in a mapped file, and take memory only as long as the system has no other use for it.
+    pub fn is_mapped(&self) -> bool {
+        with_voxels!(self, voxels => voxels.is_mapped())
     }
 
     /// What the type is called in Rust, `--type` and everywhere else in octetra: `u8`, `f32` and so on.
@@ -99,14 +107,14 @@ impl Samples {
             all.chunks_exact(inner * components).flat_map(|chunk| &chunk[inner * index..][..inner]).copied().collect()
         }
         match self {
-            Samples::U8(all) => Samples::U8(take(&all, inner, components, index)),
-            Samples::I8(all) => Samples::I8(take(&all, inner, components, index)),
-            Samples::U16(all) => Samples::U16(take(&all, inner, components, index)),
-            Samples::I16(all) => Samples::I16(take(&all, inner, components, index)),
-            Samples::U32(all) => Samples::U32(take(&all, inner, components, index)),
-            Samples::I32(all) => Samples::I32(take(&all, inner, components, index)),
-            Samples::F32(all) => Samples::F32(take(&all, inner, components, index)),
-            Samples::F64(all) => Samples::F64(take(&all, inner, components, index)),
+            Samples::U8(all) => Samples::U8(take(&all, inner, components, index).into()),
+            Samples::I8(all) => Samples::I8(take(&all, inner, components, index).into()),
+            Samples::U16(all) => Samples::U16(take(&all, inner, components, index).into()),
+            Samples::I16(all) => Samples::I16(take(&all, inner, components, index).into()),
+            Samples::U32(all) => Samples::U32(take(&all, inner, components, index).into()),
+            Samples::I32(all) => Samples::I32(take(&all, inner, components, index).into()),
+            Samples::F32(all) => Samples::F32(take(&all, inner, components, index).into()),
+            Samples::F64(all) => Samples::F64(take(&all, inner, components, index).into()),
         }
     }
 
@@ -116,7 +124,7 @@ impl Samples {
             let length = |chunk: &[T], i: usize| (0..components).fold(0f64, |length, c| length.hypot(chunk[i + inner * c].to_f64())) as f32;
             all.chunks_exact(inner * components).flat_map(|chunk| (0..inner).map(move |i| length(chunk, i))).collect()
         }
-        Samples::F32(with_voxels!(self, all => lengths(all, inner, components)))
+        Samples::F32(with_voxels!(self, all => lengths(all, inner, components)).into())
     }
 }
 
@@ -126,11 +134,11 @@ mod tests {
 
     #[test]
     fn components_side_by_side_and_one_behind_the_other() {
-        let interleaved = Samples::I16(vec![3, 4, 0, -5, 6, 8]);
-        assert_eq!(interleaved.clone().component(1, 2, 1), Samples::I16(vec![4, -5, 8]));
-        assert_eq!(interleaved.magnitude(1, 2), Samples::F32(vec![5.0, 5.0, 10.0]));
-        let planar = Samples::U8(vec![3, 0, 6, 4, 5, 8]);
-        assert_eq!(planar.clone().component(3, 2, 1), Samples::U8(vec![4, 5, 8]));
-        assert_eq!(planar.magnitude(3, 2), Samples::F32(vec![5.0, 5.0, 10.0]));
+        let interleaved = Samples::I16(vec![3, 4, 0, -5, 6, 8].into());
+        assert_eq!(interleaved.clone().component(1, 2, 1), Samples::I16(vec![4, -5, 8].into()));
+        assert_eq!(interleaved.magnitude(1, 2), Samples::F32(vec![5.0, 5.0, 10.0].into()));
+        let planar = Samples::U8(vec![3, 0, 6, 4, 5, 8].into());
+        assert_eq!(planar.clone().component(3, 2, 1), Samples::U8(vec![4, 5, 8].into()));
+        assert_eq!(planar.magnitude(3, 2), Samples::F32(vec![5.0, 5.0, 10.0].into()));
     }
 }

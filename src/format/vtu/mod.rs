@@ -11,6 +11,7 @@
 mod compress;
 pub(super) mod data;
 pub(super) mod number;
+pub(super) mod structured;
 #[cfg(test)]
 mod tests;
 pub mod write;
@@ -47,6 +48,17 @@ pub enum VtuError {
     /// It is something else than image data.
     #[error("this is not a .vti file: {0}")]
     NotVti(String),
+    /// It is something else than a structured or rectilinear grid.
+    #[error("this is not a .{suffix} file: {reason}")]
+    NotStructured {
+        /// "vts" or "vtr".
+        suffix: &'static str,
+        /// What it lacks.
+        reason: String,
+    },
+    /// The points make no volume.
+    #[error("holds no cell with a volume: expected at least 2 points along each axis, as far as they are not hidden")]
+    NoCells,
     /// The markup is broken.
     #[error("not well-formed XML at byte {at}: {reason}")]
     Xml {
@@ -184,7 +196,7 @@ impl Reader<'_> {
         let mut parts =
             MeshParts { point_data: self.common_arrays(Of::Points)?, cell_data: self.common_arrays(Of::Cells)?, ..MeshParts::default() };
         for (index, piece) in self.head.pieces.iter().enumerate() {
-            let kept = self.kept_cells(index)?;
+            let kept = self.kept(index, Of::Cells, DROPPED_GHOSTS)?;
             self.append_tets(index, &mut parts, kept.as_deref())?;
             self.append_points(index, &mut parts.points)?;
             for (of, arrays, kept) in [(Of::Points, &mut parts.point_data, None), (Of::Cells, &mut parts.cell_data, kept.as_deref())] {
@@ -228,17 +240,17 @@ impl Reader<'_> {
         common.into_iter().map(empty).collect()
     }
 
-    /// Which cells of a piece count; `None` if all do.
-    fn kept_cells(&self, index: usize) -> Result<Option<Vec<bool>>, VtuError> {
+    /// Which cells or points of a piece have none of some ghost bits; `None` if all count. Former ghost levels are all bits.
+    fn kept(&self, index: usize, of: Of, bits: u8) -> Result<Option<Vec<bool>>, VtuError> {
         let piece = &self.head.pieces[index];
-        let Some(ghosts) = piece.cell_data.arrays.iter().find(|a| is_ghost_array(&a.name)) else { return Ok(None) };
-        let dropped = if ghosts.name == "vtkGhostType" { DROPPED_GHOSTS } else { u8::MAX };
+        let Some(ghosts) = of.section(piece).arrays.iter().find(|a| is_ghost_array(&a.name)) else { return Ok(None) };
+        let dropped = if ghosts.name == "vtkGhostType" { bits } else { u8::MAX };
         let mut kept = Vec::new();
         let keep = |chunk: &[u8]| {
             kept.extend(chunk.iter().map(|bits| bits & dropped == 0));
             Ok(())
         };
-        self.arrays.visit(ghosts, piece.cells, keep).map_err(|e| self.error(index, &Of::Cells.array(&ghosts.name), e))?;
+        self.arrays.visit(ghosts, of.count(piece), keep).map_err(|e| self.error(index, &of.array(&ghosts.name), e))?;
         Ok(Some(kept))
     }
 

@@ -30,6 +30,10 @@ pub(in crate::format) enum Kind {
     UnstructuredGrid,
     /// `.vti`.
     ImageData,
+    /// `.vts`.
+    StructuredGrid,
+    /// `.vtr`.
+    RectilinearGrid,
 }
 
 impl Kind {
@@ -38,6 +42,8 @@ impl Kind {
         match self {
             Kind::UnstructuredGrid => "UnstructuredGrid",
             Kind::ImageData => "ImageData",
+            Kind::StructuredGrid => "StructuredGrid",
+            Kind::RectilinearGrid => "RectilinearGrid",
         }
     }
 
@@ -46,6 +52,8 @@ impl Kind {
         match self {
             Kind::UnstructuredGrid => VtuError::NotVtu(reason),
             Kind::ImageData => VtuError::NotVti(reason),
+            Kind::StructuredGrid => VtuError::NotStructured { suffix: "vts", reason },
+            Kind::RectilinearGrid => VtuError::NotStructured { suffix: "vtr", reason },
         }
     }
 }
@@ -375,7 +383,7 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// The content of `<UnstructuredGrid>` or `<ImageData>`. Field data are not read.
+    /// The content of `<UnstructuredGrid>`, `<ImageData>` and the like. Field data are not read.
     fn grid(&mut self, pieces: &mut Vec<Piece>) -> Result<(), VtuError> {
         loop {
             match self.next()? {
@@ -396,13 +404,20 @@ impl<'a> Walker<'a> {
         let mut piece = match self.kind {
             Kind::UnstructuredGrid => Piece { points: count("NumberOfPoints")?, cells: count("NumberOfCells")?, ..Piece::default() },
             Kind::ImageData => Piece { extent: element.extent("Extent")?, ..Piece::default() },
+            Kind::StructuredGrid | Kind::RectilinearGrid => {
+                let extent = element.extent("Extent")?;
+                // No product of these wraps round: more than can be indexed is refused by its number.
+                let along = |axis: usize| (extent[2 * axis + 1] - extent[2 * axis]) as u64;
+                let product = |add: u64| (0..3).fold(1u64, |product, axis| product.saturating_mul(along(axis).saturating_add(add)));
+                Piece { extent, points: product(1), cells: product(0), ..Piece::default() }
+            }
         };
         loop {
             match self.next()? {
                 Node::Open(e) => match e.name.as_str() {
                     "PointData" => piece.point_data = Section { scalars: e.get("Scalars").map(str::to_owned), arrays: self.arrays()? },
                     "CellData" => piece.cell_data = Section { scalars: e.get("Scalars").map(str::to_owned), arrays: self.arrays()? },
-                    "Points" => piece.coordinates = self.arrays()?,
+                    "Points" | "Coordinates" => piece.coordinates = self.arrays()?,
                     "Cells" => piece.topology = self.arrays()?,
                     _ => self.skip()?,
                 },

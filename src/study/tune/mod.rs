@@ -17,5 +17,5 @@ mod sweep;
 pub use front::{front, picture_front};
 pub use plan::{Kind, Plan};
 pub use recommend::{Goal, Pick, recommend};
-pub use record::{Record, RecordError, Subject};
-pub use sweep::{Clock, Dropped, Effort, Row, Sweep, TuneError};
+pub use record::{Record, RecordError, RecordSubject};
+pub use sweep::{BEST_DB, Clock, Dropped, Effort, Row, Sweep, TuneError};

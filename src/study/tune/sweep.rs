@@ -1,11 +1,11 @@
 //! Builds, measures and draws settings one after the other.
 
-use super::{Record, Subject};
+use super::{Record, RecordSubject};
 use crate::exact::ExactScene;
 use crate::gpu::GpuError;
 use crate::image::{Image, psnr};
-use crate::mesh::{BoundarySurface, ScalarField, TetMesh};
-use crate::octree::{Boundary, OctreeParams, RegularizeError, working_bytes};
+use crate::mesh::BoundarySurface;
+use crate::octree::{Boundary, OctreeParams, RegularizeError, Subject};
 use crate::progress::{Cancelled, Progress};
 use crate::render::{RenderError, Renderer};
 use crate::study::{Build, BuildError, ErrorSampling, FieldError, Frames};
@@ -26,6 +26,9 @@ pub struct Effort {
     /// Settings that need more are dropped: bytes of host memory for the mesh, the build and the octree.
     pub memory_bytes: u64,
 }
+
+/// PSNR of a field without any error: JSON has no infinity.
+pub const BEST_DB: f64 = 300.0;
 
 /// What a frame's time was taken by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -58,9 +61,10 @@ pub struct Row {
     pub max_rel: f64,
     /// Share of the volume at which the octree is empty.
     pub uncovered: f64,
-    /// PSNR of the worst view against the exact renderer's picture: 8 bits, covered pixels, decibels.
+    /// What settings are compared by, decibels: PSNR of the worst view against the exact renderer's picture, 8 bits, covered pixels. Of a volume,
+    /// which has no exact picture, PSNR of the field: -20 log10 of `rmse_rel`, at most [`BEST_DB`].
     pub psnr_db: f64,
-    /// The same of each view.
+    /// PSNR of each view; none of a volume.
     pub psnr_db_by_view: Vec<f64>,
     /// Median seconds of a frame, over all views.
     pub frame_s: f64,
@@ -99,13 +103,11 @@ pub enum TuneError {
     },
 }
 
-/// A mesh, a field and views to measure settings on.
+/// A mesh's field or a volume, and views to measure settings on.
 #[derive(Clone, Copy)]
 pub struct Sweep<'a> {
-    /// The mesh.
-    pub mesh: &'a TetMesh,
-    /// Its field.
-    pub field: &'a ScalarField,
+    /// What octrees are made of.
+    pub of: &'a Subject,
     /// What draws.
     pub renderer: &'a Renderer,
     /// At least one view; all of one size, transfer function and settings.
@@ -123,8 +125,8 @@ enum Outcome {
 
 impl Sweep<'_> {
     /// What a record of this sweep is of.
-    pub fn subject(&self) -> Subject {
-        Subject::new(self.mesh, self.field, self.views, &self.effort, self.renderer)
+    pub fn subject(&self) -> RecordSubject {
+        RecordSubject::new(self.of, self.views, &self.effort, self.renderer)
     }
 
     /// Measures the settings that the record does not hold yet and adds them to it, calling `each` after every one; what was measured
@@ -168,11 +170,12 @@ impl Sweep<'_> {
         Ok(())
     }
 
-    /// The views as the mesh itself looks, in f64 whatever device draws the rest.
+    /// The views as the mesh itself looks, in f64 whatever device draws the rest; none of a volume.
     fn exact_pictures(&self, progress: &Progress) -> Result<Vec<Image>, TuneError> {
-        let scene = ExactScene::new(self.mesh, self.field, progress)?;
+        let Subject::Mesh(mesh, field) = self.of else { return Ok(vec![]) };
+        let scene = ExactScene::new(mesh, field, progress)?;
         let picture = |(k, view): (usize, &View)| {
-            let frame = view.camera.frame(self.mesh.center(), view.settings.width, view.settings.height);
+            let frame = view.camera.frame(mesh.center(), view.settings.width, view.settings.height);
             let image = scene.render(&frame, &view.transfer_function, 0.0, progress)?;
             let is_seen = image.pixels.iter().any(|p| p[3] > 1.0 / 512.0);
             if is_seen { Ok(image) } else { Err(TuneError::Unseen { view: k }) }
@@ -188,7 +191,7 @@ impl Sweep<'_> {
         surface: &OnceCell<Arc<BoundarySurface>>,
         progress: &Progress,
     ) -> Result<Outcome, TuneError> {
-        let build = match Build::measure(self.mesh, self.field, params, self.effort.builds, progress) {
+        let build = match Build::measure_subject(self.of, params, self.effort.builds, progress) {
             Err(e @ (BuildError::Regularize(RegularizeError::TooLarge) | BuildError::Texture(_))) => {
                 return Ok(Outcome::TooLarge(e.to_string()));
             }
@@ -197,21 +200,27 @@ impl Sweep<'_> {
         let (nodes, leaves, build_s) = (build.tree.node_count(), build.tree.leaf_count(), build.median_s());
         let bytes = build.texture.bytes() as u64;
         let tree_bytes = (2 * build.tree.interior_count() + 12 * leaves) as u64 + size_of_val(build.texture.bricks()) as u64;
-        let need = self.mesh.bytes() as u64 + working_bytes(self.mesh) + tree_bytes + bytes;
+        let need = self.of.working_bytes() + tree_bytes + bytes;
         if need > self.effort.memory_bytes {
             let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
             let reason = format!("it takes {:.0} MiB, the budget is {:.0} MiB", mib(need), mib(self.effort.memory_bytes));
             return Ok(Outcome::TooLarge(reason));
         }
         let sampling = ErrorSampling { tolerance: params.tolerance, ..self.effort.error };
-        let error = FieldError::measure(self.mesh, self.field, &build.texture, &sampling, progress)?.by_volume;
+        let error = FieldError::of(self.of, &build.texture, &sampling, progress)?.by_volume;
         if error.points == 0 {
             return Ok(Outcome::Empty);
         }
         let depth = build.texture.depth();
-        let new_surface = || Arc::new(BoundarySurface::new(self.mesh, self.field));
-        let cut = (params.boundary == Boundary::Mesh).then(|| surface.get_or_init(new_surface).clone());
-        let (scene, _) = match self.renderer.octree_scene(self.mesh, build.texture, cut) {
+        // A mesh's surface is the same for all; a volume's hangs on the root cube.
+        let cut = match self.of {
+            Subject::Mesh(mesh, field) => {
+                let new_surface = || Arc::new(BoundarySurface::new(mesh, field));
+                (params.boundary == Boundary::Mesh).then(|| surface.get_or_init(new_surface).clone())
+            }
+            Subject::Volume(_) => self.of.surface(&build.tree),
+        };
+        let (scene, _) = match self.renderer.octree_scene(self.of, build.texture, cut) {
             Err(RenderError::Gpu(e @ (GpuError::TooLarge { .. } | GpuError::OutOfMemory))) => {
                 return Ok(Outcome::TooLarge(e.to_string()));
             }
@@ -233,7 +242,10 @@ impl Sweep<'_> {
             rmse_rel: error.rmse_rel,
             max_rel: error.max_rel,
             uncovered: error.uncovered,
-            psnr_db: psnr_db_by_view.iter().copied().fold(f64::INFINITY, f64::min),
+            psnr_db: match self.of {
+                Subject::Mesh(..) => psnr_db_by_view.iter().copied().fold(f64::INFINITY, f64::min),
+                Subject::Volume(_) => error.psnr_db.min(BEST_DB),
+            },
             psnr_db_by_view,
             frame_s: Frames::median_and_worst(seconds).0,
             frame_by,
