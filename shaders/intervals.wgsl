@@ -4,7 +4,6 @@
 // #import shared/ray.wgsl
 // #import shared/nodes
 // #import shared/descent.wgsl
-// #import shared/clearance.wgsl
 // #import shared/cuts.wgsl
 
 override tile: u32 = 8u;
@@ -31,14 +30,8 @@ fn note_active(ray: Ray, first: u32) -> u32 {
     var t = 0.0;
     var at = cell_at(ray, t, Cell(vec3<u32>(0u), cells), cells);
     loop {
-        let clear = clearance_at(at);
-        var found = Found(EMPTY, Cell(clear.low, 0u));
-        var high = clear.high;
-        if (!clear.is_clear) {
-            found = descend(at, WHOLE);
-            high = found.cell.low + found.cell.size;
-        }
-        let leaving = exits_of(ray, found.cell.low, high);
+        let found = descend(at, WHOLE);
+        let leaving = exits(ray, found.cell);
         let t_exit = min(leaving.x, min(leaving.y, leaving.z));
         if (found.word != EMPTY) {
             // What reaches over a cut is in both parts.
@@ -55,7 +48,7 @@ fn note_active(ray: Ray, first: u32) -> u32 {
             }
         }
         if (t_exit >= ray.t_out) { break; }
-        at = step_out_of(ray, found.cell.low, high, leaving, t_exit, cells);
+        at = step_out(ray, found.cell, leaving, t_exit, cells);
         if (any(at >= vec3<u32>(cells))) { break; }
         t = max(t, t_exit);
     }

@@ -9,6 +9,7 @@
 // #import shared/surface.wgsl
 // #import shared/parts.wgsl
 // #import shared/spans.wgsl
+// #import shared/march.wgsl
 // #import shared/classify.wgsl
 // #import shared/segment.wgsl
 // #import shared/light.wgsl
@@ -32,26 +33,18 @@ fn main(@builtin(global_invocation_id) pixel: vec3<u32>, @builtin(local_invocati
     count_samples(samples, lane);
 }
 
-// Follows a ray from leaf to leaf through the part of a span that counts; adds the full leaves met.
-fn march_span(ray: Ray, inside: vec2<f32>, part: vec2<f32>, light: ptr<function, Light>, samples: ptr<function, u32>) -> bool {
-    let span = vec2<f32>(max(inside.x, part.x), min(inside.y, part.y));
+// Follows a ray from leaf to leaf through a stretch; adds the full leaves met.
+fn march_span(ray: Ray, stretch: vec2<f32>, light: ptr<function, Light>, samples: ptr<function, u32>) -> bool {
     let cells = grid_cells();
     var step = 0.0;
     if (continuous) { step = step_along(ray); }
-    var t = span.x;
+    var t = stretch.x;
     var at = cell_at(ray, t, Cell(vec3<u32>(0u), cells), cells);
     loop {
         let found = find(at);
-        if (skipping && found.word == EMPTY) {
-            leapt_to = at;
-            t = leap(ray, t, span.y);
-            if (t >= span.y) { return true; }
-            at = leapt_to;
-            continue;
-        }
         let leaving = exits(ray, found.cell);
         let t_exit = min(leaving.x, min(leaving.y, leaving.z));
-        let t_next = max(min(t_exit, span.y), t);
+        let t_next = max(min(t_exit, stretch.y), t);
         if (found.word != EMPTY) {
             *samples += 1u;
             if (continuous) {
@@ -61,7 +54,7 @@ fn march_span(ray: Ray, inside: vec2<f32>, part: vec2<f32>, light: ptr<function,
             }
             if ((*light).transmittance < frame.min_transmittance) { return false; }
         }
-        if (t_exit >= span.y) { return true; }
+        if (t_exit >= stretch.y) { return true; }
         at = step_out(ray, found.cell, leaving, t_exit, cells);
         if (any(at >= vec3<u32>(cells))) { return true; }
         t = t_next;

@@ -8,6 +8,7 @@
 // #import shared/surface.wgsl
 // #import shared/parts.wgsl
 // #import shared/spans.wgsl
+// #import shared/march.wgsl
 // #import shared/classify.wgsl
 // #import shared/segment.wgsl
 // #import shared/light.wgsl
@@ -38,14 +39,13 @@ struct Sample {
     step_depth: u32,
 }
 
-// Samples the part of a span that counts with the step of the leaves it meets; adds the full leaves looked up.
-fn march_span(ray: Ray, inside: vec2<f32>, part: vec2<f32>, light: ptr<function, Light>, samples: ptr<function, u32>) -> bool {
-    let span = vec2<f32>(max(inside.x, part.x), min(inside.y, part.y));
+// Samples a stretch with the step of the leaves it meets; adds the full leaves looked up.
+fn march_span(ray: Ray, stretch: vec2<f32>, light: ptr<function, Light>, samples: ptr<function, u32>) -> bool {
     let cells = grid_cells();
     let root = Cell(vec3<u32>(0u), cells);
     let step = step_along(ray);
     var last = Sample(0.0, 0.0, 0u);
-    var t = span.x;
+    var t = stretch.x;
     var at = cell_at(ray, t, root, cells);
     for (var i = 0u; i < MAX_LOOKUPS; i++) {
         let found = find(at);
@@ -59,7 +59,7 @@ fn march_span(ray: Ray, inside: vec2<f32>, part: vec2<f32>, light: ptr<function,
             let leaving = exits(ray, found.cell);
             let t_exit = min(leaving.x, min(leaving.y, leaving.z));
             at = step_out(ray, found.cell, leaving, t_exit, cells);
-            if (any(at >= vec3<u32>(cells)) || t_exit >= span.y) { return true; }
+            if (any(at >= vec3<u32>(cells)) || t_exit >= stretch.y) { return true; }
             t = max(t_exit, t);
             continue;
         }
@@ -77,13 +77,13 @@ fn march_span(ray: Ray, inside: vec2<f32>, part: vec2<f32>, light: ptr<function,
             last = Sample(t, value, depth);
         }
         t = last.t + step_at(step, last.step_depth);
-        if (t >= span.y) {
+        if (t >= stretch.y) {
             var end = last.value;
             if (continuous) {
-                let beyond = find(cell_at(ray, span.y, root, cells));
-                if (beyond.word != EMPTY) { end = value_at(ray, beyond, span.y); }
+                let beyond = find(cell_at(ray, stretch.y, root, cells));
+                if (beyond.word != EMPTY) { end = value_at(ray, beyond, stretch.y); }
             }
-            add_linear(light, last.value, end, (span.y - last.t) * ray.length);
+            add_linear(light, last.value, end, (stretch.y - last.t) * ray.length);
             return (*light).transmittance >= frame.min_transmittance;
         }
         at = cell_at(ray, t, root, cells);

@@ -38,7 +38,6 @@ fn main(@builtin(global_invocation_id) pixel: vec3<u32>, @builtin(local_invocati
     var light = dark();
     var samples = 0u;
     let ray = enter(pixel_ray(pixel.xy));
-    marched_to = 0.0;
     if (ray.t_out > 0.0 && in_image(pixel.xy)) {
         samples = march(ray, pixel.xy, &light);
     }

@@ -5,42 +5,75 @@
 // The sample where there is nothing.
 const NOTHING: f32 = -1.0;
 
-// Up to where the ray has been marched: parts that follow each other may share a step.
-var<private> marched_to: f32;
-
-// Marches the steps of a span that touch a part; adds the samples taken in full leaves.
-fn march_span(ray: Ray, span: vec2<f32>, part: vec2<f32>, light: ptr<function, Light>, samples: ptr<function, u32>) -> bool {
+// Marches a ray; returns the number of samples taken in full leaves. One loop that takes a sample a turn, wherever stretches begin and end:
+// so the lanes of a group stay together.
+fn march(ray: Ray, pixel: vec2<u32>, light: ptr<function, Light>) -> u32 {
+    var samples = 0u;
     let step = max(step_along(ray), MIN_STEP);
-    let begin = max(span.x, marched_to);
-    let end = min(span.y, part.y);
-    var i = floor(max(part.x, begin) / step);
-    var t = max(i * step, begin);
-    if (t >= end) { return true; }
-    forget_place();
-    var front = sample_at(ray, t, samples);
+    // The step that begins at t.
+    var i = 0.0;
+    var t = 0.0;
+    // The last sample, where a step begins if there is one.
+    var front = NOTHING;
+    var last = 0.0;
+    var has_front = false;
+    // Whether another stretch is to be found, and where the present one ends.
+    var is_over = true;
+    var end = 0.0;
+    start_way(ray, pixel);
     loop {
-        if (skipping && !is_active_here()) {
-            let next_begin = next_active(ray, t, end);
-            forget_place();
-            if (next_begin >= end) { return true; }
-            let steps = floor(next_begin / step);
-            if (steps > i) {
+        if (is_over) {
+            if (!find_stretch(ray)) { break; }
+            is_over = false;
+            end = min(span.y, part.y);
+            let begin = max(span.x, t);
+            let steps = floor(max(part.x, begin) / step);
+            let first = max(steps * step, begin);
+            if (first >= end) {
+                is_over = true;
+                leave_stretch(ray);
+                continue;
+            }
+            if (has_front && first <= last) {
+                // Stretches that follow each other share a step.
+                i += 1.0;
+                t = min(i * step, span.y);
+            } else {
                 i = steps;
-                t = max(i * step, t);
-                front = sample_at(ray, t, samples);
+                t = first;
+                has_front = false;
+                forget_place();
             }
         }
-        i += 1.0;
-        let next = min(i * step, span.y);
-        let back = sample_at(ray, next, samples);
-        add_segment(light, front, back, (next - t) * ray.length);
-        marched_to = next;
-        if ((*light).transmittance < frame.min_transmittance) { return false; }
-        if (next >= end) { return true; }
-        t = next;
-        front = back;
+        let value = sample_at(ray, t, &samples);
+        if (has_front) {
+            add_segment(light, front, value, (t - last) * ray.length);
+            if ((*light).transmittance < frame.min_transmittance) { break; }
+        }
+        front = value;
+        last = t;
+        has_front = true;
+        is_over = t >= end;
+        if (!is_over && skipping && !is_active_here()) {
+            let next_begin = next_active(ray, t, end);
+            forget_place();
+            is_over = next_begin >= end;
+            let steps = floor(next_begin / step);
+            if (!is_over && steps > i) {
+                i = steps;
+                t = max(i * step, t);
+                has_front = false;
+                continue;
+            }
+        }
+        if (is_over) {
+            leave_stretch(ray);
+        } else {
+            i += 1.0;
+            t = min(i * step, span.y);
+        }
     }
-    return true;
+    return samples;
 }
 
 // Passes a step. Where one end is empty the other's value holds for half of it; without samples at corners the front's does for all.

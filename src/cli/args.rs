@@ -298,10 +298,11 @@ pub struct ViewArgs {
     /// With --steps fixed on a GPU: sample a 3D texture of voxels, as fine as the octree's finest cells, in place of the octree
     #[arg(long)]
     pub voxels: bool,
-    /// How to get past what the transfer function does not show: none, bounds (first to last active leaf), octree (from active leaf to
-    /// active leaf), encoding (a compact texture of what is active, with --steps fixed), half (that in each half of the volume), half=ray (of each ray), k=N (in N parts of each ray)
-    #[arg(long, value_name = "WAY", default_value = "octree", value_parser = Skip::from_str)]
-    pub skip: Skip,
+    /// How to get past what is not seen: none, octree (from leaf to leaf of which something is), bounds (from the first of them to the
+    /// last), encoding (a compact texture of them, with --steps fixed), half (bounds in each
+    /// half of the volume), half=ray (in each half of a ray), k=N (in N parts of a ray) [default: octree; none with --steps paper]
+    #[arg(long, value_name = "WAY", value_parser = Skip::from_str)]
+    pub skip: Option<Skip>,
     /// Where bounds, half and k=N get first and last leaves from
     #[arg(long, value_enum, default_value = "compute")]
     pub intervals: IntervalsArg,
@@ -359,9 +360,12 @@ impl From<DeviceArg> for DeviceChoice {
 
 impl ViewArgs {
     /// `Err` if flags contradict each other.
-    pub fn check(&self) -> Result<()> {
-        if self.skip == Skip::Encoding && !matches!(self.steps, StepsArg::Fixed) {
+    fn check(&self) -> Result<()> {
+        if self.skip == Some(Skip::Encoding) && !matches!(self.steps, StepsArg::Fixed) {
             bail!("--skip encoding marches voxels by one step; add --steps fixed");
+        }
+        if matches!(self.steps, StepsArg::Paper) && !matches!(self.skip, None | Some(Skip::None)) {
+            bail!("--steps paper chains samples from the ray's beginning, nothing can be skipped; --skip needs --steps leaf or fixed");
         }
         if self.voxels && !matches!(self.steps, StepsArg::Fixed) {
             bail!("--voxels are marched by one step; add --steps fixed");
@@ -376,6 +380,7 @@ impl ViewArgs {
 
     /// The files that a view is made from, read and checked before any long work.
     pub fn files(&self) -> Result<(TransferFunction, Option<Camera>)> {
+        self.check()?;
         Ok((read_transfer_function(&self.tf)?, self.camera_file()?))
     }
 
@@ -394,7 +399,7 @@ impl ViewArgs {
             },
             step_world: self.step,
             voxels: self.voxels,
-            skip: self.skip,
+            skip: self.skip.unwrap_or_default(),
             intervals: match self.intervals {
                 IntervalsArg::Compute => Intervals::Compute,
                 IntervalsArg::Raster => Intervals::Raster,

@@ -63,7 +63,6 @@ impl RenderCommand {
         let output = self.output.clone().unwrap_or_else(|| format!("{}.png", self.mesh.stem()).into());
         check_outputs(&self.mesh, &[Some(&output), self.raw.as_ref(), self.stats.as_ref()])?;
         let files = self.view.files()?;
-        self.view.check()?;
 
         let start = Instant::now();
         let subject = read_subject(&self.mesh, &self.volume)?;

@@ -113,7 +113,7 @@ impl Report {
                 "orbit": view.camera.is_none().then_some(view.orbit), "zoom": view.camera.is_none().then_some(view.zoom),
                 "renderer": format!("{:?}", view.renderer).to_lowercase(), "device": format!("{:?}", view.device).to_lowercase(),
                 "steps": format!("{:?}", view.steps).to_lowercase(), "step": view.step,
-                "voxels": view.voxels, "skip": view.skip.to_string(), "intervals": format!("{:?}", view.intervals).to_lowercase(),
+                "voxels": view.voxels, "skip": used.settings.skip().to_string(), "intervals": format!("{:?}", view.intervals).to_lowercase(),
                 "min_transmittance": used.settings.min_transmittance,
             })
         });

@@ -16,45 +16,69 @@ struct Leaf {
     exit: f32,
 }
 
-/// Marches the steps of a span of a ray that touch a part of it; adds their light and the samples taken in full leaves. Samples lie at the
-/// multiples of the step and at the ends of spans, the field is linear in between. Returns whether there may be more to see behind.
-pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, [span, part]: [[f32; 2]; 2], light: &mut Light) -> bool {
+/// Marches a ray; adds its light and the samples taken in full leaves. Samples lie at the multiples of the step and at the ends of spans,
+/// the field is linear in between. Whatever is skipped, no sample moves.
+pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, light: &mut Light) {
     let step = scene.step_along(ray).max(MIN_STEP);
-    let begin = span[0].max(way.marched_to);
-    let end = span[1].min(part[1]);
-    let mut i = (part[0].max(begin) / step).floor();
-    let mut t = (i * step).max(begin);
-    if t >= end {
-        return true;
-    }
+    // The step that begins at t.
+    let (mut i, mut t) = (0.0f32, 0.0f32);
+    // The last sample, where a step begins if there is one, and where it lies.
+    let mut front: Option<(Option<f32>, f32)> = None;
     let mut leaf = Leaf { word: Word(0), cell: Cell::root(way.descent.cells()), corners: [0.0; 8], exit: -FAR };
-    let mut front = leaf.sample(scene, ray, way, t);
+    // The present span, and where the stretch in it ends; none if another one is to be found.
+    let mut stretch: Option<([f32; 2], f32)> = None;
     loop {
-        if scene.is_skipping && !(leaf.word.0 != 0 && way.descent.is_active()) {
-            let active = next_active(ray, &mut way.descent, t, end);
-            leaf.exit = -FAR;
-            if active >= end {
-                return true;
+        let (span, end) = match stretch {
+            Some(stretch) => stretch,
+            None => {
+                let Some([span, part]) = way.find_stretch(ray) else { return };
+                let end = span[1].min(part[1]);
+                let begin = span[0].max(t);
+                let steps = (part[0].max(begin) / step).floor();
+                let first = (steps * step).max(begin);
+                if first >= end {
+                    way.leave_stretch(ray);
+                    continue;
+                }
+                if front.is_some_and(|(_, last)| first <= last) {
+                    // Stretches that follow each other share a step.
+                    i += 1.0;
+                    t = (i * step).min(span[1]);
+                } else {
+                    (i, t, front) = (steps, first, None);
+                    leaf.exit = -FAR;
+                }
+                *stretch.insert((span, end))
             }
-            let steps = (active / step).floor();
-            if steps > i {
+        };
+        let value = leaf.sample(scene, ray, way, t);
+        if let Some((front, last)) = front {
+            add_segment(scene, light, [front, value], (t - last) * ray.length);
+            if light.transmittance < scene.min_transmittance {
+                return;
+            }
+        }
+        front = Some((value, t));
+        let mut is_over = t >= end;
+        if !is_over && scene.is_skipping && !(leaf.word.0 != 0 && way.descent.is_active()) {
+            let next_begin = next_active(ray, &mut way.descent, t, end);
+            leaf.exit = -FAR;
+            is_over = next_begin >= end;
+            let steps = (next_begin / step).floor();
+            if !is_over && steps > i {
                 i = steps;
                 t = (i * step).max(t);
-                front = leaf.sample(scene, ray, way, t);
+                front = None;
+                continue;
             }
         }
-        i += 1.0;
-        let next = (i * step).min(span[1]);
-        let back = leaf.sample(scene, ray, way, next);
-        add_segment(scene, light, [front, back], (next - t) * ray.length);
-        way.marched_to = next;
-        if light.transmittance < scene.min_transmittance {
-            return false;
+        if is_over {
+            stretch = None;
+            way.leave_stretch(ray);
+        } else {
+            i += 1.0;
+            t = (i * step).min(span[1]);
         }
-        if next >= end {
-            return true;
-        }
-        (t, front) = (next, back);
     }
 }
 

@@ -9,10 +9,8 @@ use crate::optics::Light;
 /// A leaf is cut into at most so many pieces.
 pub const MAX_PIECES: f32 = 64.0;
 
-/// Follows a ray from leaf to leaf (method 1.4, the stricter rule) through what of a span lies in a part of it; adds its light and the
-/// number of full leaves met. Returns whether there may be more to see behind.
-pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, [inside, part]: [[f32; 2]; 2], light: &mut Light) -> bool {
-    let span = [inside[0].max(part[0]), inside[1].min(part[1])];
+/// Follows a ray from leaf to leaf (method 1.4, the stricter rule) through a stretch; adds its light and the number of full leaves met. Returns whether there may be more to see behind.
+pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, span: [f32; 2], light: &mut Light) -> bool {
     let (descent, what) = (&mut way.descent, scene.what());
     let cells = descent.cells();
     let mut t = span[0];

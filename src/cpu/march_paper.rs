@@ -14,12 +14,11 @@ struct Sample {
     step_depth: u32,
 }
 
-/// Samples what of a span of a ray lies in a part of it with the step of the leaves it meets (method 1.4): `L(d) = L_s / 2^(d-1)`; back to the last
+/// Samples a stretch of a ray with the step of the leaves it meets (method 1.4): `L(d) = L_s / 2^(d-1)`; back to the last
 /// sample where a leaf is deeper than the step's depth; linear between the samples of a run; a run ends at the face where the volume does,
 /// and empty cells are leapt over. Adds the light and the number of full leaves looked up, those that were stepped back from included.
 /// Returns whether there may be more to see behind.
-pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, [inside, part]: [[f32; 2]; 2], light: &mut Light) -> bool {
-    let span = [inside[0].max(part[0]), inside[1].min(part[1])];
+pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, span: [f32; 2], light: &mut Light) -> bool {
     let (descent, what) = (&mut way.descent, scene.what());
     let cells = descent.cells();
     let root = Cell::root(cells);

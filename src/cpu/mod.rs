@@ -63,11 +63,14 @@ struct Scene<'a> {
     cuts: Option<Cuts>,
 }
 
-/// A ray's way so far.
+/// A ray's way so far, the twin of `shaders/shared/spans.wgsl`: through spans inside the surface, and parts that hold something active.
 struct Way<'a> {
     descent: Descent<'a>,
-    /// Up to where steps of one length have been marched: parts that follow each other may share one.
-    marched_to: f32,
+    parts: Parts,
+    /// The part and the span that the ray is in.
+    part: [f32; 2],
+    span: [f32; 2],
+    surface: Option<SurfaceRay<'a>>,
     /// Full leaves looked up.
     samples: u32,
 }
@@ -83,52 +86,71 @@ impl Scene<'_> {
         if self.is_skipping { What::Active } else { What::All }
     }
 
-    /// Marches a ray: all of it in the cube, or what lies inside the mesh's surface; of that, the parts that hold something active. Returns
-    /// the light and the number of full leaves looked up.
+    /// Marches a ray; returns the light and the number of full leaves looked up.
     fn march(&self, ray: &Ray, steps: Steps) -> (Light, u32) {
+        let mut light = Light::default();
+        let mut way = Way::start(self, ray);
         let march_span = match steps {
             Steps::Leaf => march_leaf::march,
             Steps::Paper => march_paper::march,
-            Steps::Fixed => march_fixed::march,
+            Steps::Fixed => {
+                march_fixed::march(self, ray, &mut way, &mut light);
+                return (light, way.samples);
+            }
         };
-        let mut way = Way { descent: Descent::new(self.texture, self.activity), marched_to: 0.0, samples: 0 };
-        let mut light = Light::default();
-        let mut parts = match self.cuts {
-            Some(cuts) => Parts::note(ray, &mut way.descent, cuts),
+        while let Some([span, part]) = way.find_stretch(ray) {
+            let stretch = [span[0].max(part[0]), span[1].min(part[1])];
+            if !march_span(self, ray, &mut way, stretch, &mut light) {
+                break;
+            }
+            way.leave_stretch(ray);
+        }
+        (light, way.samples)
+    }
+}
+
+impl<'a> Way<'a> {
+    /// Begins with a ray, before its first stretch.
+    fn start(scene: &Scene<'a>, ray: &'a Ray) -> Self {
+        let mut descent = Descent::new(scene.texture, scene.activity);
+        let mut parts = match scene.cuts {
+            Some(cuts) => Parts::note(ray, &mut descent, cuts),
             None => Parts::whole(),
         };
         let mut part = parts.next();
-        if part[0] >= ray.t_out {
-            return (light, 0);
-        }
-        let mut span = [0.0, ray.t_out];
-        let mut surface = None;
-        if let Some(of_mesh) = self.surface {
+        let (mut span, mut surface) = ([0.0, ray.t_out], None);
+        if let Some(of_mesh) = scene.surface {
             // Rays on which nothing is seen need not look for the surface.
-            if self.is_skipping {
-                part[0] = next_active(ray, &mut way.descent, 0.0, ray.t_out);
-                if part[0] >= ray.t_out {
-                    return (light, 0);
-                }
+            if scene.is_skipping {
+                part[0] = next_active(ray, &mut descent, 0.0, ray.t_out);
             }
-            let surface = surface.insert(SurfaceRay::start(of_mesh, ray));
-            span = next_span(surface, ray);
-        }
-        while span[0] < span[1] && part[0] < ray.t_out {
-            let is_met = part[0] < span[1] && span[0] < part[1];
-            if is_met && !march_span(self, ray, &mut way, [span, part], &mut light) {
-                break;
-            }
-            // What ends first makes room for the next.
-            if part[1] < span[1] {
-                part = parts.next();
-            } else if let Some(surface) = &mut surface {
-                span = next_span(surface, ray);
-            } else {
-                break;
+            if part[0] < ray.t_out {
+                span = next_span(surface.insert(SurfaceRay::start(of_mesh, ray)), ray);
             }
         }
-        (light, way.samples)
+        Way { descent, parts, part, span, surface, samples: 0 }
+    }
+
+    /// Goes on to the next stretch, or stays in the one that the ray is in: the span and the part that overlap there.
+    fn find_stretch(&mut self, ray: &Ray) -> Option<[[f32; 2]; 2]> {
+        while self.span[0] < self.span[1] && self.part[0] < ray.t_out {
+            if self.part[0] < self.span[1] && self.span[0] < self.part[1] {
+                return Some([self.span, self.part]);
+            }
+            self.leave_stretch(ray);
+        }
+        None
+    }
+
+    /// What ends first makes room for the next.
+    fn leave_stretch(&mut self, ray: &Ray) {
+        if self.part[1] < self.span[1] {
+            self.part = self.parts.next();
+        } else if let Some(surface) = &mut self.surface {
+            self.span = next_span(surface, ray);
+        } else {
+            self.span = [FAR, -FAR];
+        }
     }
 }
 
@@ -162,9 +184,9 @@ pub fn march(
     let rays = CubeRays::new(frame, texture.root_min(), texture.root_edge());
     let table = classifier.table(texture.root_edge());
     // Without skipping everything counts.
-    let seen = if settings.skip == Skip::None { vec![[0.0, 1.0]] } else { table.seen() };
+    let seen = if settings.skip() == Skip::None { vec![[0.0, 1.0]] } else { table.seen() };
     let activity = Activity::new(texture, &seen);
-    let split = (settings.skip == Skip::Half).then(|| activity.split(texture));
+    let split = (settings.skip() == Skip::Half).then(|| activity.split(texture));
     let scene = Scene {
         texture,
         surface,
@@ -172,8 +194,8 @@ pub fn march(
         table: &table,
         min_transmittance: settings.min_transmittance as f32,
         activity: &activity,
-        is_skipping: settings.skip.is_in_march(),
-        cuts: settings.skip.parts().map(|parts| Cuts { parts, split }),
+        is_skipping: settings.skip().is_in_march(),
+        cuts: settings.skip().parts().map(|parts| Cuts { parts, split }),
         step: settings.step_in_cubes(texture.root_edge(), texture.depth()),
     };
     let march_row = |(row, pixels): (usize, &mut [[f32; 4]])| {

@@ -63,13 +63,14 @@ pub(super) struct Wants {
 }
 
 impl Wants {
-    /// What a march with these settings wants.
-    pub fn of(settings: &RenderSettings) -> Self {
+    /// What a march through a volume with these settings wants.
+    pub fn of(volume: &OctreeVolume, settings: &RenderSettings) -> Self {
+        let is_through_voxels = volume.is_marched_through_voxels(settings);
         Wants {
-            split: settings.skip == Skip::Half,
-            boxes: settings.skip.parts().is_some() && settings.intervals == Intervals::Raster,
-            voxels: settings.is_through_voxels() && settings.skip != Skip::Encoding,
-            encoded: settings.is_through_voxels() && settings.skip == Skip::Encoding,
+            split: settings.skip() == Skip::Half,
+            boxes: settings.skip().parts().is_some() && settings.intervals == Intervals::Raster,
+            voxels: is_through_voxels && settings.skip() != Skip::Encoding,
+            encoded: is_through_voxels && settings.skip() == Skip::Encoding,
         }
     }
 }
@@ -286,8 +287,8 @@ impl Marcher {
     ) -> Result<f64, GpuError> {
         *volume.activity.shown.lock().unwrap_or_else(PoisonError::into_inner) = Shown::default();
         let start = Instant::now();
-        if settings.skip != Skip::None {
-            self.activity.show(context, volume, classifier.table(volume.root_edge).seen(), Wants::of(settings))?;
+        if settings.skip() != Skip::None {
+            self.activity.show(context, volume, classifier.table(volume.root_edge).seen(), Wants::of(volume, settings))?;
             context.wait()?;
         }
         Ok(start.elapsed().as_secs_f64())

@@ -81,9 +81,9 @@ impl<'a> Marched<'a> {
                 storage: volume.storage(),
                 continuous: volume.continuous,
                 clipped: volume.clipped,
-                voxels: settings.is_through_voxels(),
-                skip: match settings.skip {
-                    Skip::Encoding if settings.steps != Steps::Fixed => Skip::Octree,
+                voxels: volume.is_marched_through_voxels(settings),
+                skip: match settings.skip() {
+                    Skip::Encoding if !volume.is_marched_through_voxels(settings) => Skip::Octree,
                     // What a ray is cut into is all that matters to the march.
                     skip => skip.parts().map_or(skip, Skip::Parts),
                 },
@@ -184,9 +184,9 @@ impl Marcher {
         let table = classifier.table(cube_edge);
         let variant = volume.variant(settings);
         let (mut given, mut words) = (Given::default(), None);
-        if let (Marched::Octree(volume), true) = (volume, settings.skip != Skip::None || settings.is_through_voxels()) {
-            let parts = settings.skip.parts();
-            given = self.activity.show(context, volume, table.seen(), Wants::of(settings))?;
+        if let (Marched::Octree(volume), true) = (volume, settings.skip() != Skip::None || settings.is_through_voxels()) {
+            let parts = settings.skip().parts();
+            given = self.activity.show(context, volume, table.seen(), Wants::of(volume, settings))?;
             words = parts.map(|parts| self.intervals.words(context, target.size(), parts)).transpose()?;
         }
         let uniforms = Frame::new(frame, cube_min, cube_edge, depth, settings, given.split);

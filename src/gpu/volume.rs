@@ -7,6 +7,7 @@ use super::surface::{GpuSurface, storage_buffer};
 use super::voxels::VoxelTexture;
 use crate::mesh::BoundarySurface;
 use crate::octree::{BRICK_WORDS, Brick, Node, OctreeTexture, Reconstruction};
+use crate::view::RenderSettings;
 use glam::DVec3;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -91,6 +92,11 @@ impl OctreeVolume {
     /// Bytes on the device of what says which nodes are active: 4 a block.
     pub fn activity_bytes(&self) -> u64 {
         self.activity.bytes()
+    }
+
+    /// Whether these settings ask for voxels, and the octree has the samples at corners that they are made of.
+    pub(super) fn is_marched_through_voxels(&self, settings: &RenderSettings) -> bool {
+        self.continuous && settings.is_through_voxels()
     }
 
     /// The octree's field as a texture of voxels, made and copied to the device when it is first asked for.

@@ -232,9 +232,9 @@ impl Renderer {
             return Ok(Some(gpu.marcher.time_preparation(&gpu.context, volume, &classifier, &view.settings)?));
         }
         let start = Instant::now();
-        if view.settings.skip != Skip::None {
+        if view.settings.skip() != Skip::None {
             let activity = Activity::new(texture, &classifier.table(texture.root_edge()).seen());
-            if view.settings.skip == Skip::Half {
+            if view.settings.skip() == Skip::Half {
                 std::hint::black_box(activity.split(texture));
             }
         }

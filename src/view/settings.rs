@@ -38,10 +38,11 @@ pub struct RenderSettings {
     /// The initial step L_s at depth 1 in world units; `None` is half the root's edge. Depth d has `L_s / 2^(d-1)`. With
     /// [`Steps::Fixed`] the step itself; `None` is the edge of the finest cell.
     pub step_world: Option<f64>,
-    /// With [`Steps::Fixed`], whether a GPU samples a 3D texture of voxels, as fine as the octree's finest cells, in place of the octree. The
-    /// field is the same.
+    /// With [`Steps::Fixed`], whether a GPU samples a 3D texture of voxels, as fine as the octree's finest cells, in place of the octree, if that
+    /// has samples at corners. The field is the same.
     pub voxels: bool,
-    /// What of a ray is marched.
+    /// What of a ray is marched. With [`Steps::Paper`] it is all of it: there each sample depends on the one before, from the ray's
+    /// beginning on ([`RenderSettings::skip`]).
     pub skip: Skip,
     /// Where the intervals come from that some ways to skip need.
     pub intervals: Intervals,
@@ -50,9 +51,14 @@ pub struct RenderSettings {
 }
 
 impl RenderSettings {
+    /// What of a ray is marched, given where samples lie.
+    pub fn skip(&self) -> Skip {
+        if self.steps == Steps::Paper { Skip::None } else { self.skip }
+    }
+
     /// Whether a GPU samples voxels: they are asked for, or blocks of them are, and steps are of one length.
     pub fn is_through_voxels(&self) -> bool {
-        self.steps == Steps::Fixed && (self.voxels || self.skip == Skip::Encoding)
+        self.steps == Steps::Fixed && (self.voxels || self.skip() == Skip::Encoding)
     }
 
     /// The step in edges of a root cube of edge `root_edge` (world units) with `depth` levels: L_s, or the step itself.
