@@ -140,6 +140,65 @@ fn tune_measures_recommends_and_goes_on_where_it_stopped() {
 }
 
 #[test]
+fn ways_to_skip_draw_one_picture_and_are_compared() {
+    let folder = folder();
+    done(folder.path(), &["generate", "shell", "--dims", "32", "-o", "shell.nhdr"]);
+    let drawn = |more: &[&str]| {
+        let base = ["render", "shell.nhdr", "--tf", "coolwarm", "--size", "32", "--raw", "raw.npy", "--stats", "stats.json"];
+        done(folder.path(), &[&base[..], more].concat());
+        let stats = json(&folder.path().join("stats.json"));
+        let count = |key: &str| stats["samples"][key].as_u64().unwrap_or_else(|| panic!("samples.{key} is a number"));
+        let image = octetra::image::read_npy(&folder.path().join("raw.npy")).expect("NPY");
+        (image, count("taken"), count("needed"), stats["params"]["skip"].as_str().expect("a way").to_owned())
+    };
+    for steps in ["leaf", "fixed"] {
+        for device in ["cpu", "gpu"] {
+            let (all, most, needed, _) = drawn(&["--steps", steps, "--device", device, "--skip", "none"]);
+            assert!(needed * 3 < most * 2, "{needed} of {most}: the shell is hollow");
+            for skip in ["octree", "bounds", "half", "half=ray", "k=5"] {
+                let (image, taken, _, said) = drawn(&["--steps", steps, "--device", device, "--skip", skip]);
+                let (_, worst) = octetra::image::difference(&all, &image);
+                assert!(worst <= 1e-5, "{skip}, {steps} on {device}: off by {worst}");
+                assert!(said == skip && taken < most && taken * 100 >= needed * 99, "{said}: {taken} samples, {needed} needed");
+            }
+        }
+    }
+    let table = done(
+        folder.path(),
+        &[
+            "bench",
+            "shell.nhdr",
+            "--skip-table",
+            "--initial-depth",
+            "1",
+            "--tolerance",
+            "1",
+            "--size",
+            "12",
+            "--repeats",
+            "1",
+            "--device",
+            "cpu",
+        ],
+    );
+    for row in ["none (W)", "encoding", "half ", "half, raster", "half=ray", "k=8", "octree", "6.439", "3.628 (43.7 %)", "leaf by leaf"] {
+        assert!(table.contains(row), "{row} is in the table:\n{table}");
+    }
+}
+
+#[test]
+fn flags_of_the_march_that_contradict_each_other_are_refused() {
+    let folder = folder();
+    for (flags, said) in [
+        (&["--steps", "paper", "--skip", "half"][..], "--steps leaf or fixed"),
+        (&["--skip", "encoding"], "--steps fixed"),
+        (&["--voxels"], "--steps fixed"),
+    ] {
+        assert!(refused(folder.path(), &[&["render"][..], flags].concat()).contains(said), "{flags:?}");
+    }
+}
+
+#[test]
 fn generated_meshes_are_read_back() {
     let folder = folder();
     done(folder.path(), &["generate", "ball", "--tets", "5000", "-o", "ball.vtu"]);

@@ -21,7 +21,7 @@ fn check(mesh_file: &str, reference: &str, views: &[(u32, u32)]) {
     let params = OctreeParams::default();
     let tree = regularize(&mesh, &field, &params, &progress).expect("regularizes");
     let surface = params.surface(&mesh, &field);
-    let texture = OctreeTexture::encode(&tree).expect("fits");
+    let texture = std::sync::Arc::new(OctreeTexture::encode(&tree).expect("fits"));
     let classifier = Classifier::new(&TransferFunction::standard(), texture.value_range(), mesh.bounds().diagonal());
     let context = Context::new().expect("an adapter");
     let marcher = Marcher::new(&context).expect("the shaders compile");

@@ -14,7 +14,7 @@ use octetra::view::{Camera, Intervals, Projection, RenderSettings, Skip, Steps, 
 use octetra::volume::generate::shell as hollow_shell;
 use std::sync::Arc;
 
-const SIZE: [u32; 2] = [75, 61];
+const SIZE: [u32; 2] = [50, 41];
 
 const WAYS: [Skip; 7] = [Skip::None, Skip::Octree, Skip::Encoding, Skip::Parts(1), Skip::Half, Skip::Parts(2), Skip::Parts(8)];
 
@@ -80,7 +80,8 @@ fn all_ways_to_skip_draw_the_same_picture() {
         let classifier = classifier(data);
         for storage in [NodeStorage::Buffer, NodeStorage::Texture] {
             let volume = OctreeVolume::upload_as(&context, &data.texture, data.surface.as_deref(), storage).expect("fits");
-            for (view, camera) in cameras(data).iter().enumerate() {
+            let views = if storage == NodeStorage::Buffer { 4 } else { 1 };
+            for (view, camera) in cameras(data).iter().enumerate().take(views) {
                 let frame = camera.frame(DVec3::ZERO, SIZE[0], SIZE[1]);
                 for (steps, voxels) in [(Steps::Leaf, false), (Steps::Fixed, false), (Steps::Fixed, true)] {
                     // One value a leaf has no voxels.
@@ -90,7 +91,8 @@ fn all_ways_to_skip_draw_the_same_picture() {
                     let mut all = None;
                     let mut taken = Vec::new();
                     for skip in WAYS {
-                        for intervals in [Intervals::Compute, Intervals::Raster] {
+                        let from = [Intervals::Compute, Intervals::Raster];
+                        for intervals in from.into_iter().take(if skip.parts().is_some() { 2 } else { 1 }) {
                             let what = format!("{name}, {storage:?}, view {view}, {steps:?}, voxels {voxels}, {skip}, {intervals:?}");
                             let settings = RenderSettings { steps, voxels, skip, intervals, ..RenderSettings::new(SIZE[0], SIZE[1]) };
                             let drawn = marcher.render(&context, &volume, &frame, &classifier, &settings).expect("renders");
@@ -115,8 +117,8 @@ fn all_ways_to_skip_draw_the_same_picture() {
                             }
                         }
                     }
-                    let seen = all.iter().flat_map(|image| &image.pixels).filter(|p| p[3] > 0.1).count();
-                    assert!(seen > 500, "{name}, view {view}: something is seen");
+                    let seen = all.iter().flat_map(|image| &image.pixels).filter(|p| p[3] > 0.02).count();
+                    assert!(seen > 100, "{name}, view {view}: something is seen");
                     let [none, octree, encoding, bounds, half, half_ray, k8] = taken[..] else { panic!("a number for each way") };
                     // Voxels are leapt over cell by coarse cell.
                     let order =

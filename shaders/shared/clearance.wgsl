@@ -1,4 +1,4 @@
-// How far around a place nothing is active (Deakin & Knoll 2019, with the distances of Chebyshev).
+// How far around a place nothing is active (Deakin & Knoll 2020: distances of Chebyshev).
 
 // Cells of the grid of clearances along each axis, 2^6, or as many as the octree's finest if those are fewer.
 const CLEARANCE_BITS: u32 = 6u;

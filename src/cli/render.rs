@@ -76,6 +76,10 @@ impl RenderCommand {
         let scene = self.scene(&renderer, &subject, &mut report)?;
         let picture = with_bar(|progress| renderer.render(&scene, &view, progress))?;
         report.picture(&renderer, &scene, &picture);
+        if self.stats.is_some() {
+            report.set("samples", "needed", with_bar(|progress| renderer.samples_needed(&scene, &view, progress))?);
+            report.set("samples", "active_leaves", renderer.active_leaves(&scene, &view));
+        }
 
         let background = if self.transparent { Background::Transparent } else { Background::Color(self.background) };
         write_png(&output, &picture.image, background)?;

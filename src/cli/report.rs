@@ -47,7 +47,7 @@ impl Report {
                 "uncovered": null, "max_at": null, "above_tolerance": null, "points": null, "seed": null, "by_tet": null,
             },
             "time": { "load": load_s, "regularize": null, "boundary": null, "error": null, "bound": null, "upload": null, "frame": null, "frame_gpu": null, "intervals_gpu": null },
-            "samples": { "taken": null, "needed": null },
+            "samples": { "taken": null, "needed": null, "active_leaves": null },
             "adapter": { "name": "CPU", "backend": null, "driver": null },
             "params": null,
         });

@@ -10,7 +10,7 @@ use crate::mesh::{BoundarySurface, CompactMesh, ScalarField, TetMesh};
 use crate::octree::{Activity, OctreeTexture};
 use crate::optics::Classifier;
 use crate::progress::{Cancelled, Progress};
-use crate::view::{RayFrame, RendererKind, Skip, View};
+use crate::view::{RayFrame, RenderSettings, RendererKind, Skip, Steps, View};
 use glam::DVec3;
 use std::sync::Arc;
 use std::time::Instant;
@@ -239,6 +239,16 @@ impl Renderer {
             }
         }
         Ok(Some(start.elapsed().as_secs_f64()))
+    }
+
+    /// Samples that a view of an octree needs: those that a march takes which knows every active leaf. `None` for the exact renderer and
+    /// under [`Steps::Paper`], where each sample depends on the one before.
+    pub fn samples_needed(&self, scene: &Scene, view: &View, progress: &Progress) -> Result<Option<u64>, RenderError> {
+        if scene.kind() == RendererKind::Exact || view.settings.steps == Steps::Paper {
+            return Ok(None);
+        }
+        let settings = RenderSettings { voxels: false, skip: Skip::Octree, ..view.settings };
+        Ok(self.render(scene, &View { settings, ..view.clone() }, progress)?.samples)
     }
 
     /// How many leaves of an octree the view's transfer function shows; `None` for the exact renderer.

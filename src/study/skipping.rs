@@ -73,12 +73,10 @@ pub fn compare_skipping(
 ) -> Result<Vec<SkipFigures>, RenderError> {
     let views: Vec<View> = (0..12).map(|k| View { camera: Camera::orbit(world_bounds, k, 1.0), ..view.clone() }).collect();
     let by = |view: &View, skip, intervals| View { settings: RenderSettings { skip, intervals, ..view.settings }, ..view.clone() };
-    // Voxels are leapt over cell by coarse cell, the octree leaf by leaf.
-    let octree_only = |view: View| View { settings: RenderSettings { voxels: false, ..view.settings }, ..view };
     let mut needed = 0;
     let mut first = Vec::new();
     for view in &views {
-        needed += renderer.render(scene, &octree_only(by(view, Skip::Octree, Intervals::Compute)), progress)?.samples.unwrap_or(0);
+        needed += renderer.samples_needed(scene, view, progress)?.unwrap_or(0);
     }
     let mut figures = Vec::new();
     for &(skip, intervals) in ways {
