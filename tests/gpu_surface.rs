@@ -136,7 +136,7 @@ fn gpu_and_cpu_find_the_same_intervals() {
         let (min, edge) = mesh.root_cube();
         for (view, frame) in frames(&mesh).into_iter().enumerate() {
             let rays = CubeRays::new(&frame, min, edge);
-            let found = intervals(&context, &surface, Frame::new(&frame, min, edge, 1, &RenderSettings::new(SIZE, SIZE)));
+            let found = intervals(&context, &surface, Frame::new(&frame, min, edge, 1, &RenderSettings::new(SIZE, SIZE), None));
             let mut met = 0;
             for (i, found) in found.iter().enumerate() {
                 let expected = surface_intervals(&surface, rays.ray(i as u32 % SIZE, i as u32 / SIZE));
@@ -156,7 +156,7 @@ fn gpu_and_cpu_find_the_same_intervals() {
 fn a_surface_without_faces_has_no_intervals() {
     let context = Context::new().expect("an adapter");
     let frame = Camera::orbit(sponge(2).bounds(), 0, 1.0).frame(DVec3::ZERO, SIZE, SIZE);
-    let uniforms = Frame::new(&frame, DVec3::splat(-1.5), 3.0, 1, &RenderSettings::new(SIZE, SIZE));
+    let uniforms = Frame::new(&frame, DVec3::splat(-1.5), 3.0, 1, &RenderSettings::new(SIZE, SIZE), None);
     assert!(intervals(&context, &BoundarySurface::default(), uniforms).iter().all(Vec::is_empty));
 }
 
@@ -177,7 +177,7 @@ fn sides_are_exact_and_ties_are_those_of_a_ray_that_moved() {
     let context = Context::new().expect("an adapter");
     let surface = GpuSurface::upload(&context, &BoundarySurface::default()).expect("fits");
     let frame = Camera::orbit(sponge(2).bounds(), 0, 1.0).frame(DVec3::ZERO, SIZE, SIZE);
-    let uniforms = Frame::new(&frame, DVec3::ZERO, 1.0, 1, &RenderSettings::new(SIZE, SIZE));
+    let uniforms = Frame::new(&frame, DVec3::ZERO, 1.0, 1, &RenderSettings::new(SIZE, SIZE), None);
     let uniforms = buffer(&context, bytemuck::bytes_of(&uniforms), wgpu::BufferUsages::UNIFORM);
     let list = buffer(&context, bytemuck::cast_slice(&pairs), wgpu::BufferUsages::STORAGE);
     let found = run(&context, SIDES, [pairs.len() as u32 / 64, 1], pairs.len(), &[(0, uniforms), (2, list)], &surface);

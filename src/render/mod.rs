@@ -63,7 +63,7 @@ pub struct Scene {
 }
 
 enum Data {
-    Octree { texture: Arc<OctreeTexture>, surface: Option<Arc<BoundarySurface>>, volume: Option<OctreeVolume> },
+    Octree { texture: Arc<OctreeTexture>, surface: Option<Arc<BoundarySurface>>, volume: Option<Box<OctreeVolume>> },
     Exact(ExactScene),
     ExactOnDevice { mesh: ExactMesh, value_range: [f64; 2] },
 }
@@ -125,7 +125,7 @@ impl Renderer {
         let start = Instant::now();
         let texture = Arc::new(texture);
         let volume = match &self.gpu {
-            Some(gpu) => Some(OctreeVolume::upload(&gpu.context, &texture, surface.as_deref())?),
+            Some(gpu) => Some(Box::new(OctreeVolume::upload(&gpu.context, &texture, surface.as_deref())?)),
             None => None,
         };
         let upload_s = start.elapsed().as_secs_f64();
@@ -171,7 +171,7 @@ impl Renderer {
     fn on_device<'a>(&'a self, scene: &'a Scene) -> Option<(&'a Gpu, Marched<'a>, [f64; 2])> {
         let gpu = self.gpu.as_ref()?;
         match &scene.data {
-            Data::Octree { texture, volume, .. } => Some((gpu, volume.as_ref()?.into(), texture.value_range())),
+            Data::Octree { texture, volume, .. } => Some((gpu, volume.as_deref()?.into(), texture.value_range())),
             Data::ExactOnDevice { mesh, value_range } => Some((gpu, mesh.into(), *value_range)),
             Data::Exact(_) => None,
         }
@@ -313,7 +313,7 @@ impl Scene {
     /// The octree texture on the device, where there is one.
     pub fn volume(&self) -> Option<&OctreeVolume> {
         match &self.data {
-            Data::Octree { volume, .. } => volume.as_ref(),
+            Data::Octree { volume, .. } => volume.as_deref(),
             Data::Exact(_) | Data::ExactOnDevice { .. } => None,
         }
     }
