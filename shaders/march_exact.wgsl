@@ -8,6 +8,7 @@
 // #import shared/light.wgsl
 // #import shared/interval.wgsl
 // #import shared/output.wgsl
+// #import shared/main.wgsl
 
 // The neighbour of a face that has none.
 const NONE: u32 = 0xffffffffu;
@@ -24,21 +25,6 @@ const NONE: u32 = 0xffffffffu;
 // Whether values live on cells.
 override on_cells: bool = false;
 
-// Lane i of a workgroup marches pixel (i mod tile, i / tile) of a square tile.
-override tile: u32 = 8u;
-
-@compute @workgroup_size(tile, tile)
-fn main(@builtin(global_invocation_id) pixel: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    var light = dark();
-    var samples = 0u;
-    let ray = enter(pixel_ray(pixel.xy));
-    if (ray.t_out > 0.0 && in_image(pixel.xy)) {
-        samples = march(ray, &light);
-    }
-    write_pixel(pixel.xy, light);
-    count_samples(samples, lane);
-}
-
 // A corner of the face that the ray is at, and the value there.
 struct Corner {
     seen: Seen,
@@ -52,7 +38,7 @@ struct Place {
 }
 
 // Follows a ray through all chains of linked tets that it enters, nearest first; returns the number of tets met.
-fn march(ray: Ray, light: ptr<function, Light>) -> u32 {
+fn march(ray: Ray, pixel: vec2<u32>, light: ptr<function, Light>) -> u32 {
     var tets = 0u;
     // Where tets overlap each place counts once: what is passed already is cut off.
     var reached = 0.0;

@@ -13,21 +13,7 @@
 // #import shared/segment.wgsl
 // #import shared/light.wgsl
 // #import shared/output.wgsl
-
-// Lane i of a workgroup marches pixel (i mod tile, i / tile) of a square tile.
-override tile: u32 = 8u;
-
-@compute @workgroup_size(tile, tile)
-fn main(@builtin(global_invocation_id) pixel: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    var light = dark();
-    var samples = 0u;
-    let ray = enter(pixel_ray(pixel.xy));
-    if (ray.t_out > 0.0 && in_image(pixel.xy)) {
-        samples = march(ray, pixel.xy, &light);
-    }
-    write_pixel(pixel.xy, light);
-    count_samples(samples, lane);
-}
+// #import shared/main.wgsl
 
 fn sample_at(ray: Ray, t: f32, samples: ptr<function, u32>) -> f32 {
     let value = octree_sample(ray, t);

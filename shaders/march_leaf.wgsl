@@ -14,24 +14,10 @@
 // #import shared/segment.wgsl
 // #import shared/light.wgsl
 // #import shared/output.wgsl
+// #import shared/main.wgsl
 
 // A leaf is cut into at most so many pieces.
 const MAX_PIECES: f32 = 64.0;
-
-// Lane i of a workgroup marches pixel (i mod tile, i / tile) of a square tile.
-override tile: u32 = 8u;
-
-@compute @workgroup_size(tile, tile)
-fn main(@builtin(global_invocation_id) pixel: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    var light = dark();
-    var samples = 0u;
-    let ray = enter(pixel_ray(pixel.xy));
-    if (ray.t_out > 0.0 && in_image(pixel.xy)) {
-        samples = march(ray, pixel.xy, &light);
-    }
-    write_pixel(pixel.xy, light);
-    count_samples(samples, lane);
-}
 
 // Follows a ray from leaf to leaf through a stretch; adds the full leaves met.
 fn march_span(ray: Ray, stretch: vec2<f32>, light: ptr<function, Light>, samples: ptr<function, u32>) -> bool {

@@ -13,24 +13,10 @@
 // #import shared/segment.wgsl
 // #import shared/light.wgsl
 // #import shared/output.wgsl
+// #import shared/main.wgsl
 
 // No ray looks up more cells: only steps far below any leaf's size could.
 const MAX_LOOKUPS: u32 = 4194304u;
-
-// Lane i of a workgroup marches pixel (i mod tile, i / tile) of a square tile.
-override tile: u32 = 8u;
-
-@compute @workgroup_size(tile, tile)
-fn main(@builtin(global_invocation_id) pixel: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    var light = dark();
-    var samples = 0u;
-    let ray = enter(pixel_ray(pixel.xy));
-    if (ray.t_out > 0.0 && in_image(pixel.xy)) {
-        samples = march(ray, pixel.xy, &light);
-    }
-    write_pixel(pixel.xy, light);
-    count_samples(samples, lane);
-}
 
 // The last sample of a run; step_depth is the depth that the step in use belongs to, 0 while there is no run.
 struct Sample {

@@ -14,6 +14,7 @@
 // #import shared/segment.wgsl
 // #import shared/light.wgsl
 // #import shared/output.wgsl
+// #import shared/main.wgsl
 
 // Cells along each axis of a block, which has one sample more.
 const BLOCK_CELLS: u32 = 8u;
@@ -26,24 +27,9 @@ const BLOCK_CELLS: u32 = 8u;
 // Whether blocks were dropped.
 override encoded: bool = false;
 
-// Lane i of a workgroup marches pixel (i mod tile, i / tile) of a square tile.
-override tile: u32 = 8u;
-
 // The cell that the last sample fell into, and its block, 0 if that was dropped.
 var<private> last_cell: vec3<u32>;
 var<private> block_here: u32;
-
-@compute @workgroup_size(tile, tile)
-fn main(@builtin(global_invocation_id) pixel: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    var light = dark();
-    var samples = 0u;
-    let ray = enter(pixel_ray(pixel.xy));
-    if (ray.t_out > 0.0 && in_image(pixel.xy)) {
-        samples = march(ray, pixel.xy, &light);
-    }
-    write_pixel(pixel.xy, light);
-    count_samples(samples, lane);
-}
 
 // The cell of the grid in which the ray is at t.
 fn cell_here(ray: Ray, t: f32) -> vec3<u32> {

@@ -140,7 +140,9 @@ fn device_and_host_find_the_same_leaves_active_whatever_was_seen_before() {
         for storage in [NodeStorage::Buffer, NodeStorage::Texture] {
             let volume = OctreeVolume::upload_as(&context, &data.texture, None, storage).expect("fits");
             let bumps = vec![[0.0, 0.3], [0.1, 0.0], [0.3, 0.0], [0.31, 0.5], [0.31, 0.0], [0.6, 0.0], [0.7, 0.5], [0.9, 0.0]];
-            for opacity in [vec![[0.0, 0.0], [0.5, 0.0], [1.0, 1.0]], vec![[0.0, 0.0]], vec![[0.0, 1.0]], bumps] {
+            for opacity in
+                [vec![[0.0, 0.0], [1.0, 0.5]], vec![[0.0, 0.0], [0.5, 0.0], [1.0, 1.0]], vec![[0.0, 0.0]], vec![[0.0, 1.0]], bumps]
+            {
                 let tf = TransferFunction { opacity, ..TransferFunction::standard() };
                 let classifier = Classifier::new(&tf, data.texture.value_range(), data.diagonal);
                 let on_device = marcher.active_masks(&context, &volume, &classifier).expect("reads back");

@@ -12,5 +12,5 @@ fn cut(ray: Ray, i: u32) -> f32 {
 
 // The words of a part from begin to end, t >= 0; 0 if that is nothing.
 fn part_from(begin: f32, end: f32) -> vec2<u32> {
-    return select(vec2<u32>(0u), vec2<u32>(~bitcast<u32>(begin), bitcast<u32>(end)), begin < end);
+    return select(vec2<u32>(0u), vec2<u32>(~(bitcast<u32>(begin) & 0x7fffffffu), bitcast<u32>(end)), begin < end);
 }

@@ -9,6 +9,7 @@ use crate::image::{Background, write_npy, write_png};
 use crate::octree::{ErrorBound, OctreeTexture, Subject, Unmet};
 use crate::render::{Renderer, Scene};
 use crate::study::{ErrorSampling, FieldError};
+use crate::view::Skip;
 use anyhow::{Error, Result, anyhow};
 use clap::Args;
 use glam::DVec3;
@@ -77,7 +78,9 @@ impl RenderCommand {
         let picture = with_bar(|progress| renderer.render(&scene, &view, progress))?;
         report.picture(&renderer, &scene, &picture);
         if self.stats.is_some() {
-            report.set("samples", "needed", with_bar(|progress| renderer.samples_needed(&scene, &view, progress))?);
+            let is_least = view.settings.skip() == Skip::Octree && !view.settings.is_through_voxels();
+            let needed = if is_least { picture.samples } else { with_bar(|progress| renderer.samples_needed(&scene, &view, progress))? };
+            report.set("samples", "needed", needed.filter(|_| scene.texture().is_some()));
             report.set("samples", "active_leaves", renderer.active_leaves(&scene, &view));
         }
 

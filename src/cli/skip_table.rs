@@ -2,11 +2,12 @@
 
 use super::args::{MeshArgs, OctreeArgs, RawArgs, ViewArgs};
 use super::long_work::with_bar;
-use super::render::say_if_fallen_back;
+use super::render::{one_line, say_if_fallen_back};
 use super::subject::{read_subject, regularized};
 use crate::geometry::Placed;
+use crate::gpu::GpuError;
 use crate::octree::OctreeTexture;
-use crate::render::{Renderer, Scene};
+use crate::render::{RenderError, Renderer, Scene};
 use crate::study::{PaperSkipping, SkipFigures, compare_skipping, fixed_step};
 use crate::view::{Intervals, RenderSettings, Skip, View};
 use anyhow::Result;
@@ -59,14 +60,19 @@ pub fn run(mesh: &MeshArgs, volume: &RawArgs, octree: &OctreeArgs, view: &ViewAr
     writeln!(out, "{adapter}; {width}x{height}, mean over the 12 views of the orbit, each the median of {repeats} frames")?;
     writeln!(out, "what is active, found anew after a change of the transfer function: {:.3} ms", update_s * 1e3)?;
     let bench = Bench { renderer: &renderer, scene: &scene, bounds, view: &seen, repeats };
-    for paper in PaperSkipping::ALL {
+    let has_voxels = renderer.has_voxels(&scene);
+    for paper in PaperSkipping::ALL.iter().filter(|_| has_voxels) {
         let title = format!("step {:.3} of the edge, through a texture of voxels as in the paper", paper.step);
-        bench.table(&mut out, &title, fixed_step(seen.settings, paper.step * edge, true), &WAYS, Some(&paper))?;
+        bench.table(&mut out, &title, fixed_step(seen.settings, paper.step * edge, true), &WAYS, Some(paper))?;
+    }
+    if !has_voxels {
+        writeln!(out, "no texture of voxels: that takes a GPU and an octree with samples at corners that ends at a surface")?;
     }
     let ways: Vec<_> = WAYS.into_iter().filter(|(skip, _)| *skip != Skip::Encoding).collect();
     for paper in PaperSkipping::ALL {
         let title = format!("step {:.3} of the edge, through the octree", paper.step);
-        bench.table(&mut out, &title, fixed_step(seen.settings, paper.step * edge, false), &ways, None)?;
+        let beside = Some(&paper).filter(|_| !has_voxels);
+        bench.table(&mut out, &title, fixed_step(seen.settings, paper.step * edge, false), &ways, beside)?;
     }
     bench.table(&mut out, "leaf by leaf", seen.settings, &ways, None)?;
     let [foot, teapot] = PaperSkipping::PREPROCESSING_MS;
@@ -98,7 +104,18 @@ impl Bench<'_> {
         paper: Option<&PaperSkipping>,
     ) -> Result<()> {
         let view = View { settings, ..self.view.clone() };
-        let rows = with_bar(|progress| compare_skipping(self.renderer, self.scene, self.bounds, &view, ways, self.repeats, progress))?;
+        let rows = with_bar(|progress| compare_skipping(self.renderer, self.scene, self.bounds, &view, ways, self.repeats, progress));
+        let rows = match rows {
+            Ok(rows) => rows,
+            Err(error) => match error.downcast_ref() {
+                // What does not fit leaves out its table.
+                Some(RenderError::Gpu(reason @ (GpuError::TooLarge { .. } | GpuError::OutOfMemory))) => {
+                    writeln!(out, "\n{title}\n{}", one_line(&reason.to_string()))?;
+                    return Ok(());
+                }
+                _ => return Err(error),
+            },
+        };
         let beside = if paper.is_some() { "   the paper's ms: foot, teapot" } else { "" };
         writeln!(out, "\n{title}")?;
         writeln!(out, "{:<18} frame ms  intervals  saved  taken/frame  taken/needed  prepare ms  off by{beside}", "skip")?;
@@ -124,7 +141,7 @@ fn in_words(row: &SkipFigures, by_box_s: f64) -> String {
         row.frame_s * 1e3,
         100.0 * (1.0 - row.frame_s / by_box_s),
         row.taken / 12,
-        row.taken as f64 / row.needed as f64,
+        row.taken as f64 / row.needed.max(1) as f64,
         row.preparation_s * 1e3,
         row.worst_difference,
     )

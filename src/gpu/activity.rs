@@ -11,7 +11,7 @@ use crate::octree::{ActiveBox, Activity, OctreeTexture, Split};
 use crate::optics::Classifier;
 use crate::view::{Intervals, RenderSettings, Skip};
 use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// Lanes of a workgroup, a block each.
@@ -44,7 +44,7 @@ pub(super) struct DeviceActivity {
 
 /// What the masks stand for, and what was made of them.
 #[derive(Debug, Default)]
-struct Shown {
+pub(super) struct Shown {
     /// The values that are seen; `None` before the first time.
     seen: Option<Vec<[f32; 2]>>,
     host: Option<Activity>,
@@ -75,9 +75,14 @@ impl Wants {
     }
 }
 
+/// Keeps a volume's masks as they are while it lives; none where nothing depends on them.
+pub(super) type Held<'a> = Option<MutexGuard<'a, Shown>>;
+
 /// What was asked for.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Given {
+#[derive(Debug, Default)]
+pub(super) struct Given<'a> {
+    /// The masks stay as they are until it goes: work that needs them must be submitted before.
+    pub shown: Held<'a>,
     pub split: Option<Split>,
     pub boxes: Option<Boxes>,
     pub voxels: Option<VoxelTexture>,
@@ -129,6 +134,13 @@ impl DeviceActivity {
         })
     }
 
+    /// Has the next march find anew what is active. None begins before the guard goes.
+    pub fn forget(&self) -> MutexGuard<'_, Shown> {
+        let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        *shown = Shown::default();
+        shown
+    }
+
     /// Bytes of masks and clearances.
     pub fn bytes(&self) -> u64 {
         self.masks.size() + 2 * self.clearance.size()
@@ -158,11 +170,11 @@ impl ActivityPass {
         ActivityPass { layouts, pipelines: Mutex::default() }
     }
 
-    /// Sees to it that the masks of a volume are those of the values in `seen` for all work that is submitted from now on. What is asked
+    /// Sees to it that the masks of a volume are those of the values in `seen` for work that is submitted while what is given lives. What is asked
     /// for besides is made on the host when it is first asked for.
-    pub fn show(&self, context: &Context, volume: &OctreeVolume, seen: Vec<[f32; 2]>, wants: Wants) -> Result<Given, GpuError> {
-        let mut shown = volume.activity.shown.lock().unwrap_or_else(PoisonError::into_inner);
-        let shown = &mut *shown;
+    pub fn show<'a>(&self, context: &Context, volume: &'a OctreeVolume, seen: Vec<[f32; 2]>, wants: Wants) -> Result<Given<'a>, GpuError> {
+        let mut guard = volume.activity.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let shown = &mut *guard;
         if shown.seen.as_ref() != Some(&seen) {
             self.submit(context, volume, &seen, None)?;
             *shown = Shown { seen: Some(seen.clone()), ..Shown::default() };
@@ -173,7 +185,7 @@ impl ActivityPass {
             given.voxels = Some(volume.voxels(context)?);
         }
         if !(wants.split || wants.boxes || wants.encoded) {
-            return Ok(given);
+            return Ok(Given { shown: Some(guard), ..given });
         }
         let activity = shown.host.get_or_insert_with(|| Activity::new(texture, &seen));
         if wants.split {
@@ -193,7 +205,7 @@ impl ActivityPass {
             };
             given.voxels = Some(shown.encoded.insert(encoded).clone());
         }
-        Ok(given)
+        Ok(Given { shown: Some(guard), ..given })
     }
 
     /// Submits the work that finds what is active, with timestamps round it if they are given.
@@ -285,10 +297,10 @@ impl Marcher {
         classifier: &Classifier,
         settings: &RenderSettings,
     ) -> Result<f64, GpuError> {
-        *volume.activity.shown.lock().unwrap_or_else(PoisonError::into_inner) = Shown::default();
+        drop(volume.activity.forget());
         let start = Instant::now();
         if settings.skip() != Skip::None {
-            self.activity.show(context, volume, classifier.table(volume.root_edge).seen(), Wants::of(volume, settings))?;
+            drop(self.activity.show(context, volume, classifier.table(volume.root_edge).seen(), Wants::of(volume, settings))?);
             context.wait()?;
         }
         Ok(start.elapsed().as_secs_f64())
@@ -296,7 +308,7 @@ impl Marcher {
 
     /// What a transfer function makes active of a volume: the masks of [`Activity`], found on the device and read back.
     pub fn active_masks(&self, context: &Context, volume: &OctreeVolume, classifier: &Classifier) -> Result<Vec<u32>, GpuError> {
-        self.activity.show(context, volume, classifier.table(volume.root_edge).seen(), Wants::default())?;
+        let _given = self.activity.show(context, volume, classifier.table(volume.root_edge).seen(), Wants::default())?;
         let mut encoder = context.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let copy = context.scoped(|| copy_for_reading(&context.device, &mut encoder, &volume.activity.masks))?;
         context.scoped(|| context.queue.submit([encoder.finish()]))?;

@@ -50,7 +50,8 @@ impl Marcher {
     ) -> Result<InFlight, GpuError> {
         let timestamps = Timestamps::new(context)?;
         let mut encoder = context.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.encode_timed(context, &mut encoder, volume.into(), frame, classifier, settings, target, timestamps.as_ref())?;
+        let volume = volume.into();
+        let (_, _held) = self.encode_timed(context, &mut encoder, volume, frame, classifier, settings, target, timestamps.as_ref())?;
         let (sender, done) = mpsc::channel();
         context.scoped(|| {
             if let Some(timestamps) = &timestamps {

@@ -27,11 +27,10 @@ pub(super) struct PartWords {
 #[derive(Debug)]
 pub(super) struct IntervalPass {
     layouts: [wgpu::BindGroupLayout; 2],
-    box_layout: wgpu::BindGroupLayout,
     /// By storage, number of parts and entry point.
     pipelines: Mutex<HashMap<(NodeStorage, u32, &'static str), wgpu::ComputePipeline>>,
-    /// By number of parts.
-    box_pipelines: Mutex<HashMap<u32, wgpu::RenderPipeline>>,
+    /// By number of parts. Adapters that cannot write from fragment shaders do without.
+    box_pipelines: Mutex<HashMap<u32, (wgpu::BindGroupLayout, wgpu::RenderPipeline)>>,
     /// Those used last: images mostly keep their size.
     words: Mutex<Option<PartWords>>,
 }
@@ -76,21 +75,11 @@ impl IntervalPass {
         let write = buffer(wgpu::BufferBindingType::Storage { read_only: false });
         let uniform = buffer(wgpu::BufferBindingType::Uniform);
         let layouts = [NodeStorage::Buffer, NodeStorage::Texture].map(|storage| {
-            // frame, nodes, activity, part_words, clearance.
-            let types = [(0, uniform), (1, nodes_type(storage)), (15, read), (16, write), (21, read)];
+            // frame, nodes, activity, part_words.
+            let types = [(0, uniform), (1, nodes_type(storage)), (15, read), (16, write)];
             layout_of("intervals", device, wgpu::ShaderStages::COMPUTE, &types)
         });
-        // Vertex shaders may not write, and all of these are seen by both stages but the words.
-        let visible = |binding, ty, visibility| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
-        let both = wgpu::ShaderStages::VERTEX_FRAGMENT;
-        let entries = [
-            visible(0, uniform, both),
-            visible(16, write, wgpu::ShaderStages::FRAGMENT),
-            visible(17, read, both),
-            visible(18, uniform, wgpu::ShaderStages::VERTEX),
-        ];
-        let box_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("boxes"), entries: &entries });
-        IntervalPass { layouts, box_layout, pipelines: Mutex::default(), box_pipelines: Mutex::default(), words: Mutex::default() }
+        IntervalPass { layouts, pipelines: Mutex::default(), box_pipelines: Mutex::default(), words: Mutex::default() }
     }
 
     /// Room for the parts of each pixel's ray, 8 bytes a part.
@@ -144,7 +133,6 @@ impl IntervalPass {
             (1, volume.node_bindings()[0].clone()),
             (15, volume.activity.masks.as_entire_binding()),
             (16, words.buffer.as_entire_binding()),
-            (21, volume.activity.clearance.as_entire_binding()),
         ];
         let entries = bindings.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
         let layout = &self.layouts[volume.storage() as usize];
@@ -172,7 +160,7 @@ impl IntervalPass {
     ) {
         let device = &context.device;
         let mut pipelines = self.box_pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        let pipeline = pipelines.entry(words.parts).or_insert_with(|| box_pipeline(device, &self.box_layout, words.parts));
+        let (layout, pipeline) = pipelines.entry(words.parts).or_insert_with(|| box_pipeline(device, words.parts));
         let placing = init_buffer(device, "placing", bytemuck::bytes_of(&placing), wgpu::BufferUsages::UNIFORM);
         let bindings = [
             (0, frame.as_entire_binding()),
@@ -181,7 +169,6 @@ impl IntervalPass {
             (18, placing.as_entire_binding()),
         ];
         let entries = bindings.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
-        let layout = &self.box_layout;
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("boxes"), layout, entries: &entries });
         let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard };
         let canvas = wgpu::RenderPassColorAttachment { view: &words.canvas, depth_slice: None, resolve_target: None, ops };
@@ -207,16 +194,30 @@ impl IntervalPass {
     }
 }
 
-fn box_pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, parts: u32) -> wgpu::RenderPipeline {
+fn box_pipeline(device: &wgpu::Device, parts: u32) -> (wgpu::BindGroupLayout, wgpu::RenderPipeline) {
+    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    let read = buffer(wgpu::BufferBindingType::Storage { read_only: true });
+    let write = buffer(wgpu::BufferBindingType::Storage { read_only: false });
+    let uniform = buffer(wgpu::BufferBindingType::Uniform);
+    // Vertex shaders may not write, and all of these are seen by both stages but the words.
+    let visible = |binding, ty, visibility| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+    let both = wgpu::ShaderStages::VERTEX_FRAGMENT;
+    let entries = [
+        visible(0, uniform, both),
+        visible(16, write, wgpu::ShaderStages::FRAGMENT),
+        visible(17, read, both),
+        visible(18, uniform, wgpu::ShaderStages::VERTEX),
+    ];
+    let box_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("boxes"), entries: &entries });
     let source = wgpu::ShaderSource::Wgsl(shader::source("boxes.wgsl", NodeStorage::Buffer).into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("boxes.wgsl"), source });
-    let layouts = [Some(layout)];
+    let layouts = [Some(&box_layout)];
     let descriptor = wgpu::PipelineLayoutDescriptor { label: Some("boxes"), bind_group_layouts: &layouts, immediate_size: 0 };
     let layout = device.create_pipeline_layout(&descriptor);
     let constants = [("parts", f64::from(parts))];
     let compilation_options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
     let target = wgpu::ColorTargetState { format: CANVAS_FORMAT, blend: None, write_mask: wgpu::ColorWrites::empty() };
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+    let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("boxes"),
         layout: Some(&layout),
         vertex: wgpu::VertexState {
@@ -231,5 +232,6 @@ fn box_pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, parts: u3
         fragment: Some(wgpu::FragmentState { module: &module, entry_point: Some("widen"), compilation_options, targets: &[Some(target)] }),
         multiview_mask: None,
         cache: None,
-    })
+    });
+    (box_layout, pipeline)
 }

@@ -1,9 +1,10 @@
-//! The march over the octree texture, `shaders/march_leaf.wgsl`, `march_paper.wgsl` and `march_fixed.wgsl`: the twin of `cpu::march`. And that through
+//! The march over the octree texture, `shaders/march_leaf.wgsl`, `march_paper.wgsl`, `march_fixed.wgsl` and
+//! `march_voxels.wgsl`: the twin of `cpu::march`. And that through
 //! the mesh itself, `shaders/march_exact.wgsl`.
 //!
 //! It is a compute pass: on some GPUs only a few multiprocessors run fragment shaders (maths 8).
 
-use super::activity::{ActivityPass, Given, Wants};
+use super::activity::{ActivityPass, Given, Held, Wants};
 use super::context::{Context, GpuError};
 use super::exact_mesh::ExactMesh;
 use super::intervals::{IntervalPass, PartWords, Placing};
@@ -99,10 +100,7 @@ impl<'a> Marched<'a> {
                 let [nodes, bricks] = volume.node_bindings();
                 let masks = volume.activity.masks.as_entire_binding();
                 let surface = (GpuSurface::FIRST_BINDING..).zip(volume.surface.bindings());
-                [(1, nodes), (7, bricks), (15, masks), (21, volume.activity.clearance.as_entire_binding())]
-                    .into_iter()
-                    .chain(surface)
-                    .collect()
+                [(1, nodes), (7, bricks), (15, masks)].into_iter().chain(surface).collect()
             }
             Marched::Exact(mesh) => mesh.bindings(),
         }
@@ -123,7 +121,8 @@ pub struct GpuSeconds {
 pub struct GpuFrame {
     /// Linear premultiplied RGBA, row 0 at the top.
     pub image: Image,
-    /// Look-ups that found a full leaf, counted as `cpu::march` does; of an exact march the tets met.
+    /// Look-ups that found a full leaf, counted as `cpu::march` does; of an exact march the tets met, of one through
+    /// voxels all samples.
     pub samples: u64,
     /// Seconds on the GPU by its timestamps round the passes; `None` where they cannot be trusted.
     pub gpu_s: Option<GpuSeconds>,
@@ -145,7 +144,8 @@ impl Marcher {
     }
 
     /// Records the march of one frame into `target`, which must have the frame's size. Nothing is read back: the window samples the
-    /// target in a later pass. Errors of the submission itself are the caller's to find ([`Context::take_error`]).
+    /// target in a later pass. Errors of the submission itself are the caller's to find ([`Context::take_error`]). Where something is skipped,
+    /// the work must be submitted before the volume is marched with another transfer function.
     pub fn encode<'a>(
         &self,
         context: &Context,
@@ -159,18 +159,19 @@ impl Marcher {
         self.encode_timed(context, encoder, volume.into(), frame, classifier, settings, target, None).map(drop)
     }
 
-    /// [`Marcher::encode`] with timestamps round the pass; gives the buffer that will hold the [`Counter`].
-    pub(super) fn encode_timed(
+    /// [`Marcher::encode`] with timestamps round the passes; gives the buffer that will hold the [`Counter`], and what keeps the octree's
+    /// masks as they are until the work is submitted.
+    pub(super) fn encode_timed<'a>(
         &self,
         context: &Context,
         encoder: &mut wgpu::CommandEncoder,
-        volume: Marched<'_>,
+        volume: Marched<'a>,
         frame: &RayFrame,
         classifier: &Classifier,
         settings: &RenderSettings,
         target: &Target,
         timestamps: Option<&Timestamps>,
-    ) -> Result<wgpu::Buffer, GpuError> {
+    ) -> Result<(wgpu::Buffer, Held<'a>), GpuError> {
         if target.size() != [frame.width, frame.height] {
             return Err(GpuError::TargetSize { image: [frame.width, frame.height], target: target.size() });
         }
@@ -190,7 +191,7 @@ impl Marcher {
             words = parts.map(|parts| self.intervals.words(context, target.size(), parts)).transpose()?;
         }
         let uniforms = Frame::new(frame, cube_min, cube_edge, depth, settings, given.split);
-        context.scoped(|| {
+        let counter = context.scoped(|| {
             let device = &context.device;
             let layout = self.layout(variant);
             let pipeline = self.pipeline(device, variant);
@@ -221,6 +222,9 @@ impl Marcher {
             if let Some(voxels) = &given.voxels {
                 bindings.extend([(19, wgpu::BindingResource::TextureView(&voxels.index))]);
                 bindings.extend([(20, wgpu::BindingResource::TextureView(&voxels.samples))]);
+                if let Marched::Octree(octree) = volume {
+                    bindings.push((21, octree.activity.clearance.as_entire_binding()));
+                }
             }
             let entries: Vec<_> = bindings.into_iter().map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
             let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("march"), layout, entries: &entries });
@@ -231,7 +235,8 @@ impl Marcher {
             pass.dispatch_workgroups(groups[0], groups[1], 1);
             drop(pass);
             counter
-        })
+        })?;
+        Ok((counter, given.shown))
     }
 
     /// Marches one frame and reads it back.
@@ -247,7 +252,8 @@ impl Marcher {
         let pixels = target.readback_buffer(context)?;
         let timestamps = Timestamps::new(context)?;
         let mut encoder = context.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let counter = self.encode_timed(context, &mut encoder, volume.into(), frame, classifier, settings, &target, timestamps.as_ref())?;
+        let (counter, held) =
+            self.encode_timed(context, &mut encoder, volume.into(), frame, classifier, settings, &target, timestamps.as_ref())?;
         let samples = context.scoped(|| {
             target.copy_to(&mut encoder, &pixels);
             if let Some(timestamps) = &timestamps {
@@ -257,6 +263,7 @@ impl Marcher {
         })?;
         let start = Instant::now();
         context.scoped(|| context.queue.submit([encoder.finish()]))?;
+        drop(held);
         context.wait()?;
         let wall_s = start.elapsed().as_secs_f64();
         Ok(GpuFrame {
@@ -307,8 +314,8 @@ fn layout(device: &wgpu::Device, data: Data) -> wgpu::BindGroupLayout {
     // frame, knots, knot_index, psi_table, image, counter, surface_nodes, surface_faces, surface_vertices.
     let frame = buffer(wgpu::BufferBindingType::Uniform);
     let mut types = vec![(0, frame), (2, read), (3, read), (4, read), (5, image), (6, counter), (8, read), (9, read), (10, read)];
-    // nodes, bricks, activity, part_words, clearance.
-    let octree = |storage| vec![(1, nodes_type(storage)), (7, nodes_type(storage)), (15, read), (16, read), (21, read)];
+    // nodes, bricks, activity, part_words.
+    let octree = |storage| vec![(1, nodes_type(storage)), (7, nodes_type(storage)), (15, read), (16, read)];
     types.extend(match data {
         Data::Buffer => octree(NodeStorage::Buffer),
         Data::Texture => octree(NodeStorage::Texture),
@@ -318,7 +325,8 @@ fn layout(device: &wgpu::Device, data: Data) -> wgpu::BindGroupLayout {
         Data::Exact => vec![(11, read), (12, read), (13, read), (14, read)],
     });
     if matches!(data, Data::BufferAndVoxels | Data::TextureAndVoxels) {
-        // block_index, block_samples.
+        // block_index, block_samples, and clearance.
+        types.push((21, read));
         let sample_types = [wgpu::TextureSampleType::Uint, wgpu::TextureSampleType::Float { filterable: false }];
         let texture =
             |sample_type| wgpu::BindingType::Texture { sample_type, view_dimension: wgpu::TextureViewDimension::D3, multisampled: false };

@@ -32,6 +32,7 @@ embedded![
     "shared/interval.wgsl",
     "shared/leap.wgsl",
     "shared/light.wgsl",
+    "shared/main.wgsl",
     "shared/march.wgsl",
     "shared/nodes_buffer.wgsl",
     "shared/nodes_texture.wgsl",

@@ -133,13 +133,14 @@ impl Marcher {
         let timestamps = Timestamps::new(context)?;
         let once = |frame: &RayFrame| -> Result<(f64, Option<GpuSeconds>), GpuError> {
             let mut encoder = context.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            self.encode_timed(context, &mut encoder, volume, frame, classifier, settings, &target, timestamps.as_ref())?;
+            let (_, held) = self.encode_timed(context, &mut encoder, volume, frame, classifier, settings, &target, timestamps.as_ref())?;
             if let Some(timestamps) = &timestamps {
                 context.scoped(|| timestamps.resolve(&mut encoder))?;
             }
             let commands = context.scoped(|| encoder.finish())?;
             let start = Instant::now();
             context.scoped(|| context.queue.submit([commands]))?;
+            drop(held);
             context.wait()?;
             let wall_s = start.elapsed().as_secs_f64();
             Ok((wall_s, timestamps.as_ref().map(|t| t.read_s(context)).transpose()?))
@@ -171,6 +172,8 @@ impl Marcher {
         repeats: u32,
     ) -> Result<Vec<f64>, GpuError> {
         let seen = classifier.table(volume.root_edge).seen();
+        // What follows makes the masks those of these values; the next march finds out by itself.
+        let _shown = volume.activity.forget();
         let timestamps = Timestamps::new(context)?;
         let once = |_| {
             let start = Instant::now();

@@ -89,14 +89,20 @@ impl OctreeVolume {
         self.bytes
     }
 
-    /// Bytes on the device of what says which nodes are active: 4 a block.
+    /// Bytes on the device of what says which nodes are active, 4 a block, and how far around nothing is: two grids of at most 1 MiB.
     pub fn activity_bytes(&self) -> u64 {
         self.activity.bytes()
     }
 
-    /// Whether these settings ask for voxels, and the octree has the samples at corners that they are made of.
+    /// Whether the octree can be marched as voxels: it has the samples at corners that they are made of, and a surface that keeps rays from
+    /// where it is empty.
+    pub fn has_voxels(&self) -> bool {
+        self.continuous && self.clipped
+    }
+
+    /// Whether these settings ask for voxels, and there are any.
     pub(super) fn is_marched_through_voxels(&self, settings: &RenderSettings) -> bool {
-        self.continuous && settings.is_through_voxels()
+        self.has_voxels() && settings.is_through_voxels()
     }
 
     /// The octree's field as a texture of voxels, made and copied to the device when it is first asked for.

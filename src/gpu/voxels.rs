@@ -47,7 +47,8 @@ impl VoxelTexture {
     pub fn encoded(context: &Context, texture: &OctreeTexture, activity: &Activity) -> Result<Self, GpuError> {
         let cells = 1u32 << texture.depth();
         let per_axis = cells.div_ceil(BLOCK_CELLS);
-        let mut index = vec![0u32; per_axis.pow(3) as usize];
+        check_room(context, || format!("an index of {per_axis}^3 blocks"), UVec3::splat(per_axis))?;
+        let mut index = vec![0u32; (per_axis as usize).pow(3)];
         for ActiveBox { low, size } in activity.boxes(texture, 0) {
             let (first, last) = (low / BLOCK_CELLS, (low + (size - 1)) / BLOCK_CELLS);
             for z in first.z..=last.z {

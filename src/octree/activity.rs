@@ -1,6 +1,6 @@
 //! What of an octree texture a transfer function shows, and the plane that halves it best (method 2, maths 5).
 
-use super::{Node, OctreeTexture};
+use super::OctreeTexture;
 use glam::{DVec3, UVec3};
 use rayon::prelude::*;
 
@@ -117,11 +117,11 @@ impl Activity {
                     }
                 }
             }
-            // Among planes as good as each other, the one in the middle of them.
+            // Of the first planes as good as each other the one in the middle.
             let most = gaps.iter().copied().max().unwrap_or(0);
             if most > best.0 {
                 let first = gaps.iter().position(|&gap| gap == most).unwrap_or(0);
-                let last = gaps.iter().rposition(|&gap| gap == most).unwrap_or(0);
+                let last = first + gaps[first..].iter().take_while(|&&gap| gap == most).count() - 1;
                 best = (most, Split { axis, position: ((first + last) / 2) as f32 / SPLIT_CELLS as f32 });
             }
         }
@@ -192,7 +192,12 @@ fn active_leaves(texture: &OctreeTexture, block: u32, seen: &[[f32; 2]]) -> u32 
     let mut active = 0;
     for child in 0..8 {
         let texel = texture.texels()[first + texture.child_offset(child)];
-        let Some(Node::Leaf { value, .. }) = Node::decode(texel) else { continue };
+        let [r, g, b, a] = texel.map(u32::from);
+        if a == 0 || a == 255 {
+            continue;
+        }
+        // As marchers decode it.
+        let value = (r << 16 | g << 8 | b) as f32 * (1.0 / 16_777_215.0);
         let [mut low, mut high] = [value; 2];
         if let Some(brick) = texture.bricks().get(block as usize) {
             let corners = brick.corners(child);
@@ -209,7 +214,7 @@ fn active_leaves(texture: &OctreeTexture, block: u32, seen: &[[f32; 2]]) -> u32 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::octree::{CellKind, Octree};
+    use crate::octree::{CellKind, Node, Octree};
 
     /// A tree of `depth` levels whose cells are full where `value` gives one; uniform cells are not divided.
     fn shell(depth: u8) -> OctreeTexture {
@@ -285,7 +290,7 @@ mod tests {
             ..Octree::from_fn(DVec3::ZERO, 1.0, [0.0, 1.0], |_, _| CellKind::Empty)
         };
         let texture = OctreeTexture::encode(&tree).expect("fits");
-        for (seen, expected) in [([0.6, 0.7], 0b1010_1010), ([0.1, 0.2], 0b0101_0101), ([0.5, 0.5], 0xff), ([0.2, 0.9], 0xff)] {
+        for (seen, expected) in [([0.6, 0.7], 0b1010_1010), ([0.1, 0.2], 0b0101_0101), ([0.49, 0.51], 0xff), ([0.2, 0.9], 0xff)] {
             assert_eq!(Activity::new(&texture, &[seen]).masks(), [expected | expected << 8], "{seen:?}");
         }
     }

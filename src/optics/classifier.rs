@@ -161,11 +161,12 @@ impl KnotTable {
     /// The values that are seen, those with an extinction above 0: closed intervals in [0, 1], ascending and apart.
     ///
     /// Extinction is linear between knots, so that an interval of knots is seen as a whole if it is at either end; an end without
-    /// extinction is itself not seen, and the nearest f32 stands for it.
+    /// extinction is itself not seen, and the nearest f32 stands for it,
+    /// of those that are not so small that a GPU may take them for 0.
     pub fn seen(&self) -> Vec<[f32; 2]> {
         let mut seen: Vec<[f32; 2]> = Vec::new();
         for pair in self.knots.windows(2).filter(|pair| pair[0].extinction > 0.0 || pair[1].extinction > 0.0) {
-            let low = if pair[0].extinction > 0.0 { pair[0].value } else { pair[0].value.next_up() };
+            let low = if pair[0].extinction > 0.0 { pair[0].value } else { pair[0].value.next_up().max(f32::MIN_POSITIVE) };
             let high = if pair[1].extinction > 0.0 { pair[1].value } else { pair[1].value.next_down() };
             match seen.last_mut() {
                 // What an interval ends with, the next begins with.
@@ -276,7 +277,7 @@ mod tests {
         assert_eq!(seen(&[[0.0, 0.0], [0.25, 0.0], [0.5, 1.0], [0.75, 0.0], [1.0, 0.0]]), [[0.25f32.next_up(), 0.75f32.next_down()]]);
         // Two peaks that touch at 0 in between; a step up and one down.
         let touching = [[0.0, 0.0], [0.25, 1.0], [0.5, 0.0], [0.75, 1.0], [1.0, 0.0]];
-        assert_eq!(seen(&touching), [[0f32.next_up(), 0.5f32.next_down()], [0.5f32.next_up(), 1f32.next_down()]]);
+        assert_eq!(seen(&touching), [[f32::MIN_POSITIVE, 0.5f32.next_down()], [0.5f32.next_up(), 1f32.next_down()]]);
         assert_eq!(seen(&[[0.0, 0.0], [0.5, 0.0], [0.5, 1.0], [0.75, 1.0], [0.75, 0.0]]), [[0.5, 0.75]]);
     }
 

@@ -241,6 +241,11 @@ impl Renderer {
         Ok(Some(start.elapsed().as_secs_f64()))
     }
 
+    /// Whether a view can be marched through voxels: on a device, and the octree is such that it has them.
+    pub fn has_voxels(&self, scene: &Scene) -> bool {
+        self.gpu.is_some() && scene.volume().is_some_and(OctreeVolume::has_voxels)
+    }
+
     /// Samples that a view of an octree needs: those that a march takes which knows every active leaf. `None` for the exact renderer and
     /// under [`Steps::Paper`], where each sample depends on the one before.
     pub fn samples_needed(&self, scene: &Scene, view: &View, progress: &Progress) -> Result<Option<u64>, RenderError> {

@@ -39,7 +39,7 @@ pub struct RenderSettings {
     /// [`Steps::Fixed`] the step itself; `None` is the edge of the finest cell.
     pub step_world: Option<f64>,
     /// With [`Steps::Fixed`], whether a GPU samples a 3D texture of voxels, as fine as the octree's finest cells, in place of the octree, if that
-    /// has samples at corners. The field is the same.
+    /// has samples at corners and ends at a surface. The field is the same but for rounding.
     pub voxels: bool,
     /// What of a ray is marched. With [`Steps::Paper`] it is all of it: there each sample depends on the one before, from the ray's
     /// beginning on ([`RenderSettings::skip`]).
@@ -64,7 +64,7 @@ impl RenderSettings {
     /// The step in edges of a root cube of edge `root_edge` (world units) with `depth` levels: L_s, or the step itself.
     pub fn step_in_cubes(&self, root_edge: f64, depth: u8) -> f32 {
         let default = if self.steps == Steps::Fixed { (-f64::from(depth)).exp2() } else { 0.5 };
-        self.step_world.map_or(default, |step| step / root_edge) as f32
+        (self.step_world.map_or(default, |step| step / root_edge) as f32).min(1e6)
     }
 
     /// A measured image of this size: octree, leaf by leaf, past what is not seen, stopping at 1/4096.

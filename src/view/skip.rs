@@ -52,7 +52,7 @@ impl Skip {
         match self {
             Skip::None | Skip::Octree | Skip::Encoding => None,
             Skip::Half => Some(2),
-            Skip::Parts(parts) => Some(parts),
+            Skip::Parts(parts) => Some(parts.clamp(1, Skip::MAX_PARTS)),
         }
     }
 }
