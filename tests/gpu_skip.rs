@@ -79,6 +79,10 @@ fn all_ways_to_skip_draw_the_same_picture() {
     for (name, data) in &data {
         let classifier = classifier(data);
         for storage in [NodeStorage::Buffer, NodeStorage::Texture] {
+            // Compiling takes a software adapter longer than drawing: the texture's shaders are tried on one of the three.
+            if storage == NodeStorage::Texture && *name != "ball" {
+                continue;
+            }
             let volume = OctreeVolume::upload_as(&context, &data.texture, data.surface.as_deref(), storage).expect("fits");
             let views = if storage == NodeStorage::Buffer { 4 } else { 1 };
             for (view, camera) in cameras(data).iter().enumerate().take(views) {
