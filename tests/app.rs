@@ -303,6 +303,20 @@ fn exact_looks_like_the_octree() {
 }
 
 #[test]
+fn every_way_to_skip_looks_the_same() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut window = open(folder.path());
+    let active = picture(&mut window);
+    for way in ["half", "k = 8", "none", "active"] {
+        window.get_by_label(way).click_accesskit();
+        settle(&mut window);
+        assert_eq!(window.get_by_label(way).accesskit_node().toggled(), Some(Toggled::True), "{way}");
+        let off = rms(&active, &picture(&mut window));
+        assert!(off < SAME, "{way}: {off} levels");
+    }
+}
+
+#[test]
 fn dragging_turns_and_start_turns_back() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut window = open(folder.path());

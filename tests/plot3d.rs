@@ -1,22 +1,14 @@
 //! PLOT3D from file to picture: a pair as a user opens it, and the Blunt Fin against the tets that others made of it.
 
+mod program;
+
 use octetra::format::{self, Data, ReadOptions, read_mesh};
 use octetra::geometry::signed_volume;
 use octetra::progress::Progress;
 use octetra::view::{Camera, RenderSettings, RendererKind, TransferFunction, View};
 use octetra::{Renderer, ScalarField, TetMesh, render::DeviceChoice};
+use program::{done, octetra};
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn octetra(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_octetra")).current_dir(folder).args(args).output().expect("the program starts")
-}
-
-fn done(folder: &Path, args: &[&str]) -> String {
-    let output = octetra(folder, args);
-    assert!(output.status.success(), "octetra {args:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).expect("text")
-}
 
 fn refused(folder: &Path, args: &[&str]) -> String {
     let output = octetra(folder, args);

@@ -6,7 +6,7 @@ use super::settings::{Transfer, component_label};
 use super::viewer::Viewer;
 use super::widgets::{choice, combo, mebibytes, number, numbers, row, rows, section, significant, thousands};
 use crate::mesh::{Component, DataArray, TetMesh};
-use crate::view::{RendererKind, Steps, TransferFunction};
+use crate::view::{RendererKind, Skip, Steps, TransferFunction};
 use crate::volume::Grid;
 use egui::{Color32, RichText, Slider, Ui, pos2, vec2};
 
@@ -124,6 +124,20 @@ impl Viewer {
                 &[
                     (Steps::Leaf, "leaf", "From leaf to leaf: misses nothing"),
                     (Steps::Paper, "paper", "The paper's rule: the step of the depth, stepping back where the octree gets deeper"),
+                    (Steps::Fixed, "fixed", "One step everywhere, as through a regular volume"),
+                ],
+            );
+            choice(
+                ui,
+                "Skip",
+                "How to get past what the transfer function does not show; the picture stays the same, only its time changes (not with the \
+                 paper's steps)",
+                &mut render.skip,
+                &[
+                    (Skip::Octree, "active", "From one leaf of which something is seen to the next"),
+                    (Skip::Half, "half", "Half-splitting: from the first such leaf to the last in each half of the volume"),
+                    (Skip::Parts(8), "k = 8", "From the first to the last in each eighth of a ray"),
+                    (Skip::None, "none", "Nothing is skipped"),
                 ],
             );
         });

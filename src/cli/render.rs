@@ -5,6 +5,7 @@ use super::long_work::with_bar;
 use super::report::Report;
 use super::subject::{read_subject, regularized};
 use crate::geometry::Placed;
+use crate::gpu::OctreeVolume;
 use crate::image::{Background, write_npy, write_png};
 use crate::octree::{ErrorBound, OctreeTexture, Subject, Unmet};
 use crate::render::{Renderer, Scene};
@@ -127,6 +128,7 @@ impl RenderCommand {
         }
         let (scene, upload_s) = renderer.octree_scene(subject, texture, surface)?;
         report.set("time", "upload", upload_s);
+        report.set("octree", "activity_bytes", scene.volume().map(OctreeVolume::activity_bytes));
         Ok(scene)
     }
 }

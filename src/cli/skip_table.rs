@@ -4,11 +4,11 @@ use super::args::{MeshArgs, OctreeArgs, RawArgs, ViewArgs};
 use super::long_work::with_bar;
 use super::render::{one_line, say_if_fallen_back};
 use super::subject::{read_subject, regularized};
-use crate::geometry::Placed;
+use crate::geometry::{Aabb, Placed};
 use crate::gpu::GpuError;
 use crate::octree::OctreeTexture;
 use crate::render::{RenderError, Renderer, Scene};
-use crate::study::{PaperSkipping, SkipFigures, compare_skipping, fixed_step};
+use crate::study::{PaperSkipping, SkipFigures, compare_skipping, fixed_step, median};
 use crate::view::{Intervals, RenderSettings, Skip, View};
 use anyhow::Result;
 use std::io::Write;
@@ -56,7 +56,7 @@ pub fn run(mesh: &MeshArgs, volume: &RawArgs, octree: &OctreeArgs, view: &ViewAr
         build_s * 1e3,
         rayon::current_num_threads()
     )?;
-    let update_s = median(renderer.time_activity(&scene, &seen, 3 * repeats)?.unwrap_or_default());
+    let update_s = median(&renderer.time_activity(&scene, &seen, 3 * repeats)?.unwrap_or_default());
     writeln!(out, "{adapter}; {width}x{height}, mean over the 12 views of the orbit, each the median of {repeats} frames")?;
     writeln!(out, "what is active, found anew after a change of the transfer function: {:.3} ms", update_s * 1e3)?;
     let bench = Bench { renderer: &renderer, scene: &scene, bounds, view: &seen, repeats };
@@ -88,7 +88,7 @@ pub fn run(mesh: &MeshArgs, volume: &RawArgs, octree: &OctreeArgs, view: &ViewAr
 struct Bench<'a> {
     renderer: &'a Renderer,
     scene: &'a Scene,
-    bounds: crate::geometry::Aabb,
+    bounds: Aabb,
     view: &'a View,
     repeats: u32,
 }
@@ -153,9 +153,4 @@ fn beside_row(columns: [[f64; 3]; 2], column: usize) -> String {
         if column == 0 { format!("{:.3}", ms[0]) } else { format!("{:.3} ({:.1} %)", ms[column], 100.0 * (1.0 - ms[column] / ms[0])) }
     };
     format!("   {}, {}", cell(columns[0]), cell(columns[1]))
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

@@ -44,7 +44,8 @@ impl Frames {
     }
 }
 
-fn median(values: &[f64]) -> f64 {
+/// The value in the middle; NaN if there is none.
+pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)

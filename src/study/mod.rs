@@ -11,5 +11,5 @@ pub mod tune;
 pub use builds::{Build, BuildError, PaperTable, thresholds_for};
 pub use chart::{Chart, ChartError};
 pub use error::{ErrorFigures, ErrorSampling, FieldError};
-pub use frames::{Frames, orbit_frames};
+pub use frames::{Frames, median, orbit_frames};
 pub use skipping::{PaperSkipping, SkipFigures, compare_skipping, fixed_step};
