@@ -7,8 +7,12 @@
 // #import shared/segment.wgsl
 // #import shared/light.wgsl
 // #import shared/interval.wgsl
+// #import shared/pass.wgsl
 // #import shared/output.wgsl
 // #import shared/main.wgsl
+
+// Chains of tets this near to each other along a ray touch.
+const SEAM: f32 = 1e-6;
 
 // The neighbour of a face that has none.
 const NONE: u32 = 0xffffffffu;
@@ -37,6 +41,10 @@ struct Place {
     value: f32,
 }
 
+// Points of the tet that the ray is in, and of the face by which it entered.
+var<private> tet_corners: vec4<u32>;
+var<private> entered_face: vec3<u32>;
+
 // Follows a ray through all chains of linked tets that it enters, nearest first; returns the number of tets met.
 fn march(ray: Ray, pixel: vec2<u32>, light: ptr<function, Light>) -> u32 {
     var tets = 0u;
@@ -48,7 +56,7 @@ fn march(ray: Ray, pixel: vec2<u32>, light: ptr<function, Light>) -> u32 {
         let hit = hit_at(hit_next);
         hit_next += 1u;
         if (is_exit(hit)) { continue; }
-        if (!walk(hit.word >> 1u, ray.length, light, &reached, &tets)) { break; }
+        if (!walk(hit.word >> 1u, ray, light, &reached, &tets)) { break; }
     }
     return tets;
 }
@@ -66,7 +74,7 @@ fn place(a: Corner, b: Corner, c: Corner) -> Place {
 }
 
 // Goes from tet to tet, from a boundary face to the boundary or until too little is seen of what lies behind; then false.
-fn walk(face: u32, unit: f32, light: ptr<function, Light>, reached: ptr<function, f32>, tets: ptr<function, u32>) -> bool {
+fn walk(face: u32, ray: Ray, light: ptr<function, Light>, reached: ptr<function, f32>, tets: ptr<function, u32>) -> bool {
     let entered = surface_faces[face];
     // Turned inwards: each edge of the cycle passes on the left.
     var a = corner(surface_vertices[entered.x].w);
@@ -74,11 +82,16 @@ fn walk(face: u32, unit: f32, light: ptr<function, Light>, reached: ptr<function
     var c = corner(surface_vertices[entered.y].w);
     var tet = entered.w;
     var near = place(a, b, c);
+    if (near.t > *reached + SEAM) { forget_last(); }
     // Signs are exact, so that no tet of a chain comes twice.
     let most = arrayLength(&tet_points);
     for (var step = 0u; step < most; step += 1u) {
         let behind = neighbours[tet];
         let apex = corner(tet_points[tet] ^ a.seen.id ^ b.seen.id ^ c.seen.id);
+        if (with_surfaces || shade_volume) {
+            entered_face = vec3<u32>(a.seen.id, b.seen.id, c.seen.id);
+            tet_corners = vec4<u32>(entered_face, apex.seen.id);
+        }
         // Out by the face whose edges to the apex pass on either side; the apex replaces the corner opposite it.
         let left_of_a = is_left(a.seen, apex.seen);
         let left_of_b = is_left(b.seen, apex.seen);
@@ -101,13 +114,15 @@ fn walk(face: u32, unit: f32, light: ptr<function, Light>, reached: ptr<function
         let t_in = max(near.t, *reached);
         if (far.t > t_in) {
             *reached = far.t;
+            var ends = vec2<f32>(far.value);
             if (on_cells) {
-                let value = cell_values[tet];
-                add_cut(light, value, value, (far.t - t_in) * unit);
+                ends = vec2<f32>(cell_values[tet]);
             } else {
-                let value = mix(near.value, far.value, (t_in - near.t) / (far.t - near.t));
-                add_cut(light, value, far.value, (far.t - t_in) * unit);
+                ends.x = mix(near.value, far.value, (t_in - near.t) / (far.t - near.t));
             }
+            var gradient = vec3<f32>(0.0);
+            if (shade_volume) { gradient = tet_gradient(); }
+            pass_piece(ray, Piece(vec2<f32>(t_in, far.t), ends, (far.t - t_in) * ray.length, gradient), light);
             if ((*light).transmittance < frame.min_transmittance) { return false; }
         }
         near = far;
@@ -116,4 +131,32 @@ fn walk(face: u32, unit: f32, light: ptr<function, Light>, reached: ptr<function
         if (tet == NONE) { break; }
     }
     return true;
+}
+
+// The field's gradient in the tet that the ray is in: normalised values per cube edge.
+fn tet_gradient() -> vec3<f32> {
+    if (on_cells) { return vec3<f32>(0.0); }
+    let a = vertices[tet_corners.x];
+    let b = vertices[tet_corners.y] - a;
+    let c = vertices[tet_corners.z] - a;
+    let d = vertices[tet_corners.w] - a;
+    let volume = dot(b.xyz, cross(c.xyz, d.xyz));
+    if (volume == 0.0) { return vec3<f32>(0.0); }
+    return (b.w * cross(c.xyz, d.xyz) + c.w * cross(d.xyz, b.xyz) + d.w * cross(b.xyz, c.xyz)) / volume;
+}
+
+// Values jump where they live on cells: at the face by which the tet was entered.
+fn jump_gradient(ray: Ray, t: f32) -> vec3<f32> {
+    let a = vertices[entered_face.x].xyz;
+    return cross(vertices[entered_face.y].xyz - a, vertices[entered_face.z].xyz - a);
+}
+
+// In a tet the field is linear.
+fn meet(ray: Ray, piece: Piece, value: f32) -> Meeting {
+    let part = (piece.ends.x - value) / (piece.ends.x - piece.ends.y);
+    return Meeting(piece.span.x + part * (piece.span.y - piece.span.x), tet_gradient());
+}
+
+fn add_light(light: ptr<function, Light>, front: f32, back: f32, piece_length: f32) {
+    add_cut(light, front, back, piece_length);
 }

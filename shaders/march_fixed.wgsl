@@ -12,6 +12,8 @@
 // #import shared/classify.wgsl
 // #import shared/segment.wgsl
 // #import shared/light.wgsl
+// #import shared/pass.wgsl
+// #import shared/probe.wgsl
 // #import shared/output.wgsl
 // #import shared/main.wgsl
 
@@ -19,6 +21,12 @@ fn sample_at(ray: Ray, t: f32, samples: ptr<function, u32>) -> f32 {
     let value = octree_sample(ray, t);
     *samples += select(0u, 1u, value != NOTHING);
     return value;
+}
+
+// Finds the leaf at t again after others were looked at.
+fn regain_place(ray: Ray, t: f32) {
+    forget_place();
+    look(ray, t);
 }
 
 // Whether the leaf that the last sample fell into is active.

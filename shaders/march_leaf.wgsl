@@ -13,6 +13,8 @@
 // #import shared/classify.wgsl
 // #import shared/segment.wgsl
 // #import shared/light.wgsl
+// #import shared/pass.wgsl
+// #import shared/probe.wgsl
 // #import shared/output.wgsl
 // #import shared/main.wgsl
 
@@ -36,9 +38,11 @@ fn march_span(ray: Ray, stretch: vec2<f32>, light: ptr<function, Light>, samples
             if (continuous) {
                 pass_leaf(ray, found, vec2<f32>(t, t_next), step_at(step, leaf_depth(found.word)), light);
             } else {
-                add_constant(light, leaf_value(found.word), (t_next - t) * ray.length);
+                pass_between(ray, vec2<f32>(t, t_next), vec2<f32>(leaf_value(found.word)), light);
             }
             if ((*light).transmittance < frame.min_transmittance) { return false; }
+        } else {
+            forget_last();
         }
         if (t_exit >= stretch.y) { return true; }
         at = step_out(ray, found.cell, leaving, t_exit, cells);
@@ -51,6 +55,11 @@ fn march_span(ray: Ray, stretch: vec2<f32>, light: ptr<function, Light>, samples
 // Passes the part of a ray inside the leaf found last.
 fn pass_leaf(ray: Ray, found: Found, span: vec2<f32>, step: f32, light: ptr<function, Light>) {
     let corners = leaf_corners();
+    if (mode == MAXIMUM || mode == MINIMUM) {
+        let least = min(corners.low, corners.high);
+        let most = max(corners.low, corners.high);
+        if (is_beneath(min(min(least.x, least.y), min(least.z, least.w)), max(max(most.x, most.y), max(most.z, most.w)))) { return; }
+    }
     let cells = grid_cells();
     let origin = within(ray, span.x, found.cell, cells);
     let path = within(ray, span.y, found.cell, cells) - origin;
@@ -60,7 +69,13 @@ fn pass_leaf(ray: Ray, found: Found, span: vec2<f32>, step: f32, light: ptr<func
     var front = trilinear(corners, origin);
     for (var piece = 1.0; piece <= pieces; piece += 1.0) {
         let back = trilinear(corners, origin + path * (piece / pieces));
-        add_linear(light, front, back, piece_length);
+        var gradient = vec3<f32>(0.0);
+        if (shade_volume) {
+            let middle = origin + path * ((piece - 0.5) / pieces);
+            gradient = trilinear_gradient(corners, middle) * (f32(cells) / f32(found.cell.size));
+        }
+        let t = span.x + t_length * (vec2<f32>(piece - 1.0, piece) / pieces);
+        pass_piece(ray, Piece(t, vec2<f32>(front, back), piece_length, gradient), light);
         front = back;
     }
 }

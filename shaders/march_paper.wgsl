@@ -12,6 +12,8 @@
 // #import shared/classify.wgsl
 // #import shared/segment.wgsl
 // #import shared/light.wgsl
+// #import shared/pass.wgsl
+// #import shared/probe.wgsl
 // #import shared/output.wgsl
 // #import shared/main.wgsl
 
@@ -39,9 +41,10 @@ fn march_span(ray: Ray, stretch: vec2<f32>, light: ptr<function, Light>, samples
             // Empty: the run ends where the ray entered this cell, and the next begins beyond it.
             if (last.step_depth != 0u) {
                 let end = max(min(entry(ray, found.cell), t), last.t);
-                add_constant(light, last.value, (end - last.t) * ray.length);
+                pass_between(ray, vec2<f32>(last.t, end), vec2<f32>(last.value), light);
                 last.step_depth = 0u;
             }
+            forget_last();
             let leaving = exits(ray, found.cell);
             let t_exit = min(leaving.x, min(leaving.y, leaving.z));
             at = step_out(ray, found.cell, leaving, t_exit, cells);
@@ -57,7 +60,7 @@ fn march_span(ray: Ray, stretch: vec2<f32>, light: ptr<function, Light>, samples
         } else {
             let value = value_at(ray, found, t);
             if (last.step_depth != 0u) {
-                add_linear(light, last.value, value, (t - last.t) * ray.length);
+                pass_between(ray, vec2<f32>(last.t, t), vec2<f32>(last.value, value), light);
                 if ((*light).transmittance < frame.min_transmittance) { return false; }
             }
             last = Sample(t, value, depth);
@@ -69,7 +72,7 @@ fn march_span(ray: Ray, stretch: vec2<f32>, light: ptr<function, Light>, samples
                 let beyond = find(cell_at(ray, stretch.y, root, cells));
                 if (beyond.word != EMPTY) { end = value_at(ray, beyond, stretch.y); }
             }
-            add_linear(light, last.value, end, (stretch.y - last.t) * ray.length);
+            pass_between(ray, vec2<f32>(last.t, stretch.y), vec2<f32>(last.value, end), light);
             return (*light).transmittance >= frame.min_transmittance;
         }
         at = cell_at(ray, t, root, cells);

@@ -13,6 +13,8 @@
 // #import shared/classify.wgsl
 // #import shared/segment.wgsl
 // #import shared/light.wgsl
+// #import shared/pass.wgsl
+// #import shared/probe.wgsl
 // #import shared/output.wgsl
 // #import shared/main.wgsl
 
@@ -59,6 +61,11 @@ fn sample_at(ray: Ray, t: f32, samples: ptr<function, u32>) -> f32 {
     let low = vec4<f32>(fetch(lowest, 0u), fetch(lowest, 1u), fetch(lowest, 2u), fetch(lowest, 3u));
     let high = vec4<f32>(fetch(lowest, 4u), fetch(lowest, 5u), fetch(lowest, 6u), fetch(lowest, 7u));
     return trilinear(Corners(low, high), at);
+}
+
+// The octree, which other places were looked up in, serves only where a block was dropped.
+fn regain_place(ray: Ray, t: f32) {
+    forget_place();
 }
 
 fn fetch(lowest: vec3<u32>, corner: u32) -> f32 {

@@ -34,7 +34,7 @@ impl Pair {
         let classifier = Classifier::new(tf, self.texture.value_range(), self.mesh.bounds().diagonal());
         let settings = RenderSettings { steps, ..RenderSettings::new(size, size) };
         let octree = cpu::march(&self.texture, self.surface.as_deref(), &frame, &classifier, &settings, &Progress::new());
-        let exact = self.exact.render(&frame, tf, 0.0, &Progress::new()).expect("nobody cancels");
+        let exact = self.exact.render(&frame, tf, &RenderSettings::new(1, 1).stopping_at(0.0), &Progress::new()).expect("nobody cancels");
         (octree.expect("nobody cancels").image, exact)
     }
 }

@@ -6,7 +6,7 @@ use octetra::format;
 use octetra::image::{self, Image};
 use octetra::mesh::{FieldSelection, ScalarField, TetMesh};
 use octetra::progress::Progress;
-use octetra::view::{Camera, TransferFunction};
+use octetra::view::{Camera, RenderSettings, TransferFunction};
 use std::path::PathBuf;
 
 /// A file or folder of the shared test data.
@@ -28,7 +28,9 @@ fn scene(mesh: &TetMesh, field: &ScalarField) -> ExactScene {
 /// Renders view `k` of the standard orbit with the standard transfer function.
 fn orbit(mesh: &TetMesh, scene: &ExactScene, k: u32, size: u32) -> Image {
     let frame = Camera::orbit(mesh.bounds().translated(mesh.center()), k, 1.0).frame(mesh.center(), size, size);
-    scene.render(&frame, &TransferFunction::standard(), 0.0, &Progress::new()).expect("not cancelled")
+    scene
+        .render(&frame, &TransferFunction::standard(), &RenderSettings::new(1, 1).stopping_at(0.0), &Progress::new())
+        .expect("not cancelled")
 }
 
 /// Holds the views of one mesh against their references, named `{name}_v{k}_{size}.npy`.

@@ -1,6 +1,6 @@
 //! Every shader is valid, and what it shares with Rust has the same names, offsets, sizes and values on both sides.
 
-use octetra::gpu::layout::{Counter, Frame, Knot};
+use octetra::gpu::layout::{Counter, Frame, Knot, Style, Surface};
 use octetra::gpu::shader::{FILES, NodeStorage, source};
 use octetra::gpu::{BLOCK_CELLS, CLEARANCE_BITS, Placing};
 use octetra::mesh::{adjacency, boundary};
@@ -79,6 +79,21 @@ fn structs_mirror_their_shaders() {
             split_position
         }),
         mirror!(Knot { color, extinction, value, inverse_width }),
+        mirror!(Surface { color, opacity, value }),
+        mirror!(Style {
+            surfaces,
+            to_light,
+            surface_count,
+            ambient,
+            diffuse,
+            specular,
+            shininess,
+            scale,
+            of_product,
+            of_length,
+            offset,
+            gradient_floor
+        }),
         mirror!(Counter { low, high }),
         mirror!(Placing { to_image, w, pixel }),
     ];
@@ -93,7 +108,9 @@ fn structs_mirror_their_shaders() {
             assert_eq!(*span as usize, *size, "{file}: size of {name}");
         }
     }
-    for found in [("Frame", true), ("Knot", true), ("Counter", true), ("Frame", false), ("Placing", false)] {
+    for found in
+        [("Frame", true), ("Knot", true), ("Surface", true), ("Style", true), ("Counter", true), ("Frame", false), ("Placing", false)]
+    {
         assert!(seen.contains(&found), "{found:?} is in no shader");
     }
 }
@@ -109,6 +126,9 @@ fn constants_have_one_value() {
         ("MAX_DEPTH", cpu::MAX_DEPTH as f64),
         ("MAX_HITS", cpu::MAX_HITS as f64),
         ("MAX_LEVELS", f64::from(boundary::MAX_LEVELS)),
+        ("MOST_SURFACES", octetra::view::Isosurfaces::MOST as f64),
+        ("MAX_STEPS", f64::from(cpu::MAX_STEPS)),
+        ("CLOSE", f64::from(cpu::CLOSE)),
         ("MAX_LOOKUPS", f64::from(cpu::MAX_LOOKUPS)),
         ("MIN_STEP", f64::from(cpu::MIN_STEP)),
         ("NONE", f64::from(adjacency::NONE)),

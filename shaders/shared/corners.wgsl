@@ -18,6 +18,20 @@ fn leaf_corners() -> Corners {
     return Corners(vec4<f32>(low) * (1.0 / SAMPLE_MAX), vec4<f32>(high) * (1.0 / SAMPLE_MAX));
 }
 
+// The gradient of the field at a place in the leaf, per edge of the leaf.
+fn trilinear_gradient(corners: Corners, at: vec3<f32>) -> vec3<f32> {
+    // Along x: the edges' differences at (y, z) = (0, 0), (1, 0), (0, 1), (1, 1); so along y by (x, z), along z by (x, y).
+    let along_x = vec4<f32>(corners.low.yw - corners.low.xz, corners.high.yw - corners.high.xz);
+    let along_y = vec4<f32>(corners.low.zw - corners.low.xy, corners.high.zw - corners.high.xy);
+    let along_z = corners.high - corners.low;
+    return vec3<f32>(blended(along_x, at.yz), blended(along_y, at.xz), blended(along_z, at.xy));
+}
+
+fn blended(edges: vec4<f32>, at: vec2<f32>) -> f32 {
+    let both = edges.xz + at.x * (edges.yw - edges.xz);
+    return both.x + at.y * (both.y - both.x);
+}
+
 // The field at a place in the leaf, in cells from corner 0.
 fn trilinear(corners: Corners, at: vec3<f32>) -> f32 {
     let low = corners.low.xz + at.x * (corners.low.yw - corners.low.xz);

@@ -8,9 +8,12 @@ fn main(@builtin(global_invocation_id) pixel: vec3<u32>, @builtin(local_invocati
     var light = dark();
     var samples = 0u;
     let ray = enter(pixel_ray(pixel.xy));
+    var color = missed();
     if (ray.t_out > 0.0 && in_image(pixel.xy)) {
+        start_passing();
         samples = march(ray, pixel.xy, &light);
+        color = finished(ray, light);
     }
-    write_pixel(pixel.xy, light);
+    write_pixel(pixel.xy, color);
     count_samples(samples, lane);
 }

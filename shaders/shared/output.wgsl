@@ -11,11 +11,9 @@ struct Counter {
 
 var<workgroup> group_samples: atomic<u32>;
 
-// Premultiplied linear RGBA.
-fn write_pixel(pixel: vec2<u32>, light: Light) {
-    if (in_image(pixel)) {
-        textureStore(image, pixel, vec4<f32>(light.color, 1.0 - light.transmittance));
-    }
+// Premultiplied linear RGBA, or what of the ray is no colour.
+fn write_pixel(pixel: vec2<u32>, color: vec4<f32>) {
+    if (in_image(pixel)) { textureStore(image, pixel, color); }
 }
 
 // Adds every lane's samples to the image's; all lanes of a workgroup call it.

@@ -13,6 +13,8 @@ struct Ray {
     length: f32,
     inverse: vec3<f32>,
     t_out: f32,
+    // Where the eye is, at most 0.
+    t_eye: f32,
 }
 
 // Lowest corner and edge on the grid of the deepest level.
@@ -46,7 +48,12 @@ fn enter(ray: CubeRay) -> Ray {
     let side = select(vec3<f32>(0.0), vec3<f32>(1.0), direction >= vec3<f32>(0.0));
     let leaving = (side - origin) * inverse;
     let t_out = max(min(leaving.x, min(leaving.y, leaving.z)), 0.0);
-    return Ray(origin, direction, ray.length, inverse, select(t_out, 0.0, beside || near >= far));
+    return Ray(origin, direction, ray.length, inverse, select(t_out, 0.0, beside || near >= far), ray.t_eye - near);
+}
+
+// The unit vector towards the eye.
+fn to_eye(ray: Ray) -> vec3<f32> {
+    return -ray.direction / ray.length;
 }
 
 // 1 / |direction| within 2^-11, the same on every processor: the largest number of 12 bits that is at most the one asked for, of the

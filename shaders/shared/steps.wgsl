@@ -1,6 +1,6 @@
 // Steps of one length: at the multiples of the step from where the ray enters the cube, and at the ends of spans; the field is linear in
 // between. Whatever is skipped, no sample moves. A stage says what the field is at a place (`sample_at`), whether anything active is there
-// (`is_active_here`), and where the next that is begins (`next_active`).
+// (`is_active_here`), where the next that is begins (`next_active`), and how it finds its place in the tree again (`regain_place`).
 
 // The sample where there is nothing.
 const NOTHING: f32 = -1.0;
@@ -43,12 +43,16 @@ fn march(ray: Ray, pixel: vec2<u32>, light: ptr<function, Light>) -> u32 {
                 t = first;
                 has_front = false;
                 forget_place();
+                forget_last();
             }
         }
         let value = sample_at(ray, t, &samples);
         if (has_front) {
-            add_segment(light, front, value, (t - last) * ray.length);
+            pass_step(ray, vec2<f32>(last, t), front, value, light);
             if ((*light).transmittance < frame.min_transmittance) { break; }
+            if (with_surfaces || shade_volume) {
+                regain_place(ray, t);
+            }
         }
         front = value;
         last = t;
@@ -63,6 +67,7 @@ fn march(ray: Ray, pixel: vec2<u32>, light: ptr<function, Light>) -> u32 {
                 i = steps;
                 t = max(i * step, t);
                 has_front = false;
+                forget_last();
                 continue;
             }
         }
@@ -77,13 +82,17 @@ fn march(ray: Ray, pixel: vec2<u32>, light: ptr<function, Light>) -> u32 {
 }
 
 // Passes a step. Where one end is empty the other's value holds for half of it; without samples at corners the front's does for all.
-fn add_segment(light: ptr<function, Light>, front: f32, back: f32, segment_length: f32) {
-    if (!continuous) {
-        if (front != NOTHING) { add_constant(light, front, segment_length); }
-    } else if (front != NOTHING && back != NOTHING) {
-        add_linear(light, front, back, segment_length);
-    } else if (front != NOTHING || back != NOTHING) {
-        add_constant(light, max(front, back), 0.5 * segment_length);
+fn pass_step(ray: Ray, span: vec2<f32>, front: f32, back: f32, light: ptr<function, Light>) {
+    let middle = span.x + 0.5 * (span.y - span.x);
+    if (!continuous && front != NOTHING) {
+        pass_between(ray, span, vec2<f32>(front), light);
+    } else if (continuous && front != NOTHING && back != NOTHING) {
+        pass_between(ray, span, vec2<f32>(front, back), light);
+    } else if (continuous && front != NOTHING) {
+        pass_between(ray, vec2<f32>(span.x, middle), vec2<f32>(front), light);
+    } else {
+        forget_last();
+        if (continuous && back != NOTHING) { pass_between(ray, vec2<f32>(middle, span.y), vec2<f32>(back), light); }
     }
 }
 
@@ -96,8 +105,8 @@ fn forget_place() {
     leaf_exit = -FAR;
 }
 
-// The octree's field at t, or NOTHING.
-fn octree_sample(ray: Ray, t: f32) -> f32 {
+// Finds the leaf at t, if it is another than before.
+fn look(ray: Ray, t: f32) {
     let cells = grid_cells();
     if (t >= leaf_exit) {
         leaf = descend(cell_at(ray, t, Cell(vec3<u32>(0u), cells), cells), ALL);
@@ -105,7 +114,12 @@ fn octree_sample(ray: Ray, t: f32) -> f32 {
         leaf_exit = min(leaving.x, min(leaving.y, leaving.z));
         if (continuous && leaf.word != EMPTY) { corners = leaf_corners(); }
     }
+}
+
+// The octree's field at t, or NOTHING.
+fn octree_sample(ray: Ray, t: f32) -> f32 {
+    look(ray, t);
     if (leaf.word == EMPTY) { return NOTHING; }
     if (!continuous) { return leaf_value(leaf.word); }
-    return trilinear(corners, within(ray, t, leaf.cell, cells));
+    return trilinear(corners, within(ray, t, leaf.cell, grid_cells()));
 }

@@ -1,6 +1,7 @@
 //! Flags that several subcommands share, and what they stand for.
 
 use super::long_work::with_bar;
+use super::mode::ModeArgs;
 use crate::format::{self, RawLayout, ReadOptions, SolutionFile};
 use crate::geometry::Placed;
 use crate::mesh::{Component, FieldSelection, ScalarField, TetMesh, generate};
@@ -306,6 +307,8 @@ pub struct ViewArgs {
     /// Where bounds, half and k=N get first and last leaves from
     #[arg(long, value_enum, default_value = "compute")]
     pub intervals: IntervalsArg,
+    #[command(flatten)]
+    pub mode: ModeArgs,
 }
 
 /// Values of `--renderer`.
@@ -361,6 +364,7 @@ impl From<DeviceArg> for DeviceChoice {
 impl ViewArgs {
     /// `Err` if flags contradict each other.
     fn check(&self) -> Result<()> {
+        self.mode.check()?;
         if self.skip == Some(Skip::Encoding) && !matches!(self.steps, StepsArg::Fixed) {
             bail!("--skip encoding marches voxels by one step; add --steps fixed");
         }
@@ -404,7 +408,7 @@ impl ViewArgs {
                 IntervalsArg::Compute => Intervals::Compute,
                 IntervalsArg::Raster => Intervals::Raster,
             },
-            ..RenderSettings::new(self.size[0], self.size[1])
+            ..self.mode.settings(RenderSettings::new(self.size[0], self.size[1]))
         };
         View { camera: camera.unwrap_or_else(orbit), transfer_function, settings }
     }

@@ -6,6 +6,7 @@ mod compare;
 mod generate;
 mod info;
 mod long_work;
+mod mode;
 mod regularize;
 mod render;
 mod report;

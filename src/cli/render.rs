@@ -6,12 +6,12 @@ use super::report::Report;
 use super::subject::{read_subject, regularized};
 use crate::geometry::Placed;
 use crate::gpu::OctreeVolume;
-use crate::image::{Background, write_npy, write_png};
+use crate::image::{Background, write_npy, write_png, write_values_npy};
 use crate::octree::{ErrorBound, OctreeTexture, Subject, Unmet};
 use crate::render::{Renderer, Scene};
 use crate::study::{ErrorSampling, FieldError};
-use crate::view::Skip;
-use anyhow::{Error, Result, anyhow};
+use crate::view::{Skip, View};
+use anyhow::{Context, Error, Result, anyhow, bail};
 use clap::Args;
 use glam::DVec3;
 use serde_json::json;
@@ -43,6 +43,12 @@ pub struct RenderCommand {
     /// Also write the float image: float32, height x width x 4, premultiplied RGBA
     #[arg(long, value_name = "OUT.npy", help_heading = "Output")]
     raw: Option<PathBuf>,
+    /// Also write the number that --mode mip, minip or xray shows: float32, height x width, data units, NaN where rays miss
+    #[arg(long, value_name = "OUT.npy", help_heading = "Output")]
+    value: Option<PathBuf>,
+    /// Also write the distance from the eye to the first isosurface: float32, height x width, world units, NaN where there is none
+    #[arg(long, value_name = "OUT.npy", help_heading = "Output")]
+    depth: Option<PathBuf>,
     /// Also write what was measured
     #[arg(long, value_name = "OUT.json", help_heading = "Output")]
     stats: Option<PathBuf>,
@@ -53,6 +59,8 @@ Examples:
   octetra render -o wing.png                               the bundled mesh
   octetra render flow.vtu --orbit 3 --array momentum --component x
   octetra render flow.vtu --renderer exact -o exact.png    the mesh itself, to compare with
+  octetra render flow.vtu --iso 1.2,2.5 --iso-opacity 0.4,1        surfaces of equal value in the volume
+  octetra render flow.vtu --mode mip --value largest.npy           the largest value on each ray, and the numbers
   octetra render flow.vtu --preset fine --stats fine.json
   octetra render scan.nhdr --tf bone.json                  a volume: .nrrd, .nhdr, .mhd, .mha, .vti, .vtk
   octetra render wing.xyz                                  a PLOT3D grid, its solution in wing.q
@@ -63,7 +71,9 @@ impl RenderCommand {
     /// Reads, regularizes, draws, writes.
     pub fn run(self) -> Result<()> {
         let output = self.output.clone().unwrap_or_else(|| format!("{}.png", self.mesh.stem()).into());
-        check_outputs(&self.mesh, &[Some(&output), self.raw.as_ref(), self.stats.as_ref()])?;
+        let outputs = [Some(&output), self.raw.as_ref(), self.value.as_ref(), self.depth.as_ref(), self.stats.as_ref()];
+        check_outputs(&self.mesh, &outputs)?;
+        self.check_numbers()?;
         let files = self.view.files()?;
 
         let start = Instant::now();
@@ -88,7 +98,35 @@ impl RenderCommand {
         let background = if self.transparent { Background::Transparent } else { Background::Color(self.background) };
         write_png(&output, &picture.image, background)?;
         self.raw.as_deref().map(|path| write_npy(path, &picture.image)).transpose()?;
+        self.write_numbers(&renderer, &scene, &view)?;
         self.stats.as_deref().map(|path| report.write(path)).transpose()?;
+        Ok(())
+    }
+
+    /// `Err` if numbers are asked for that the mode has not.
+    fn check_numbers(&self) -> Result<()> {
+        let mode = self.view.mode.mode();
+        if self.value.is_some() && !mode.is_number() {
+            bail!("--value writes the number that --mode mip, minip or xray shows of each ray; the mode is {mode}");
+        }
+        if self.depth.is_some() && self.view.mode.iso.is_empty() {
+            bail!("--depth writes the distance to the first isosurface; say which with --iso V");
+        }
+        Ok(())
+    }
+
+    /// Writes what of the rays is no colour.
+    fn write_numbers(&self, renderer: &Renderer, scene: &Scene, view: &View) -> Result<()> {
+        if self.value.is_none() && self.depth.is_none() {
+            return Ok(());
+        }
+        let numbers = with_bar(|progress| renderer.numbers(scene, view, progress))?;
+        let shape = [numbers.height, numbers.width].map(u64::from);
+        for (path, values) in [(&self.value, &numbers.values), (&self.depth, &numbers.depths)] {
+            if let Some(path) = path {
+                write_values_npy(path, &shape, values).with_context(|| path.display().to_string())?;
+            }
+        }
         Ok(())
     }
 

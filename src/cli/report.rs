@@ -6,6 +6,7 @@ use crate::mesh::Component;
 use crate::octree::{Octree, OctreeTexture, Subject};
 use crate::render::{Picture, Renderer, Scene};
 use crate::study::{ErrorFigures, FieldError};
+use crate::view::LightSource;
 use crate::view::View;
 use anyhow::{Context, Result};
 use glam::DVec3;
@@ -115,6 +116,10 @@ impl Report {
                 "steps": format!("{:?}", view.steps).to_lowercase(), "step": view.step,
                 "voxels": view.voxels, "skip": used.settings.skip().to_string(), "intervals": format!("{:?}", view.intervals).to_lowercase(),
                 "min_transmittance": used.settings.min_transmittance,
+                "mode": used.settings.mode.to_string(), "iso": view.mode.iso, "iso_opacity": view.mode.iso_opacity, "iso_color": view.mode.iso_color,
+                "shade": view.mode.shade.map(|shade| format!("{shade:?}").to_lowercase()),
+                "light": match view.mode.light { LightSource::Camera => json!("camera"), LightSource::From(d) => json!(d.to_array()) },
+                "ambient": view.mode.ambient, "diffuse": view.mode.diffuse, "specular": view.mode.specular, "shininess": view.mode.shininess,
             })
         });
         if let Value::Object(all) = &mut params {

@@ -2,10 +2,10 @@
 
 use super::descent::{Descent, What, Word};
 use super::leap::next_active;
+use super::pass::Gathered;
 use super::ray::{Cell, FAR, Ray};
 use super::{MIN_STEP, Scene, Way};
 use crate::octree::trilinear;
-use crate::optics::Light;
 
 /// The leaf that the last sample fell into.
 struct Leaf {
@@ -18,7 +18,7 @@ struct Leaf {
 
 /// Marches a ray; adds its light and the samples taken in full leaves. Samples lie at the multiples of the step and at the ends of spans,
 /// the field is linear in between. Whatever is skipped, no sample moves.
-pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, light: &mut Light) {
+pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, gathered: &mut Gathered) {
     let step = scene.step_along(ray).max(MIN_STEP);
     // The step that begins at t.
     let (mut i, mut t) = (0.0f32, 0.0f32);
@@ -47,15 +47,21 @@ pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, light: &mut Light) 
                 } else {
                     (i, t, front) = (steps, first, None);
                     leaf.exit = -FAR;
+                    gathered.forget_last();
                 }
                 *stretch.insert((span, end))
             }
         };
         let value = leaf.sample(scene, ray, way, t);
         if let Some((front, last)) = front {
-            add_segment(scene, light, [front, value], (t - last) * ray.length);
-            if light.transmittance < scene.min_transmittance {
+            pass_step(scene, ray, way, gathered, [last, t], [front, value]);
+            if gathered.is_opaque(scene) {
                 return;
+            }
+            if scene.is_probing() {
+                // The place in the tree was lost.
+                leaf.exit = -FAR;
+                leaf.look(scene, ray, way, t);
             }
         }
         front = Some((value, t));
@@ -69,6 +75,7 @@ pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, light: &mut Light) 
                 i = steps;
                 t = (i * step).max(t);
                 front = None;
+                gathered.forget_last();
                 continue;
             }
         }
@@ -83,8 +90,8 @@ pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, light: &mut Light) 
 }
 
 impl Leaf {
-    /// The field at `t`, none where the octree is empty.
-    fn sample(&mut self, scene: &Scene, ray: &Ray, way: &mut Way, t: f32) -> Option<f32> {
+    /// Finds the leaf at `t`, if it is another than before.
+    fn look(&mut self, scene: &Scene, ray: &Ray, way: &mut Way, t: f32) {
         let descent: &mut Descent = &mut way.descent;
         let cells = descent.cells();
         if t >= self.exit {
@@ -94,21 +101,32 @@ impl Leaf {
                 self.corners = descent.corners();
             }
         }
+    }
+
+    /// The field at `t`, none where the octree is empty.
+    fn sample(&mut self, scene: &Scene, ray: &Ray, way: &mut Way, t: f32) -> Option<f32> {
+        self.look(scene, ray, way, t);
         if self.word.0 == 0 {
             return None;
         }
         way.samples += 1;
+        let cells = way.descent.cells();
         Some(if scene.continuous { trilinear(&self.corners, ray.within(t, self.cell, cells)) } else { self.word.value() })
     }
 }
 
 /// Passes a step. Where one end is empty the other's value holds for half of it; without samples at corners the front's does for all.
-fn add_segment(scene: &Scene, light: &mut Light, ends: [Option<f32>; 2], length: f32) {
+fn pass_step(scene: &Scene, ray: &Ray, way: &mut Way, gathered: &mut Gathered, span: [f32; 2], ends: [Option<f32>; 2]) {
+    let descent = &mut way.descent;
+    let middle = span[0] + 0.5 * (span[1] - span[0]);
     match ends {
-        [Some(front), _] if !scene.continuous => light.add_constant(scene.table, front, length),
-        _ if !scene.continuous => {}
-        [Some(front), Some(back)] => light.add_linear(scene.table, front, back, length),
-        [Some(value), None] | [None, Some(value)] => light.add_constant(scene.table, value, 0.5 * length),
-        [None, None] => {}
+        [Some(front), _] if !scene.continuous => gathered.pass_between(scene, ray, descent, span, [front; 2]),
+        [Some(front), Some(back)] if scene.continuous => gathered.pass_between(scene, ray, descent, span, [front, back]),
+        [Some(value), None] if scene.continuous => gathered.pass_between(scene, ray, descent, [span[0], middle], [value; 2]),
+        [None, Some(value)] if scene.continuous => {
+            gathered.forget_last();
+            gathered.pass_between(scene, ray, descent, [middle, span[1]], [value; 2]);
+        }
+        _ => gathered.forget_last(),
     }
 }

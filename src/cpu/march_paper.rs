@@ -1,10 +1,10 @@
 //! The march by the paper's step rule: the twin of `shaders/march_paper.wgsl`.
 
 use super::descent::{Descent, Word};
+use super::pass::Gathered;
 use super::ray::{Cell, Ray};
 use super::{MAX_LOOKUPS, Scene, Way, step_at};
 use crate::octree::trilinear;
-use crate::optics::Light;
 
 /// The last sample of a run.
 struct Sample {
@@ -18,7 +18,7 @@ struct Sample {
 /// sample where a leaf is deeper than the step's depth; linear between the samples of a run; a run ends at the face where the volume does,
 /// and empty cells are leapt over. Adds the light and the number of full leaves looked up, those that were stepped back from included.
 /// Returns whether there may be more to see behind.
-pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, span: [f32; 2], light: &mut Light) -> bool {
+pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, span: [f32; 2], gathered: &mut Gathered) -> bool {
     let (descent, what) = (&mut way.descent, scene.what());
     let cells = descent.cells();
     let root = Cell::root(cells);
@@ -32,8 +32,9 @@ pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, span: [f32; 2], lig
             // Empty: the run ends where the ray entered this cell, and the next begins beyond it.
             if let Some(last) = run.take() {
                 let end = ray.entry(cell, cells).min(t).max(last.t);
-                light.add_constant(scene.table, last.value, (end - last.t) * ray.length);
+                gathered.pass_between(scene, ray, descent, [last.t, end], [last.value; 2]);
             }
+            gathered.forget_last();
             let exits = ray.exits(cell, cells);
             let t_exit = exits.min_element();
             at = ray.step(cell, exits, t_exit, cells);
@@ -51,8 +52,8 @@ pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, span: [f32; 2], lig
             last => {
                 let value = value(scene, ray, descent, word, cell, t);
                 if let Some(last) = last {
-                    light.add_linear(scene.table, last.value, value, (t - last.t) * ray.length);
-                    if light.transmittance < scene.min_transmittance {
+                    gathered.pass_between(scene, ray, descent, [last.t, t], [last.value, value]);
+                    if gathered.is_opaque(scene) {
                         return false;
                     }
                 }
@@ -67,8 +68,8 @@ pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, span: [f32; 2], lig
                     let (word, cell) = descent.descend(ray.cell_at(span[1], root, cells), what);
                     end = if word.0 == 0 { end } else { value(scene, ray, descent, word, cell, span[1]) };
                 }
-                light.add_linear(scene.table, last.value, end, (span[1] - last.t) * ray.length);
-                return light.transmittance >= scene.min_transmittance;
+                gathered.pass_between(scene, ray, descent, [last.t, span[1]], [last.value, end]);
+                return !gathered.is_opaque(scene);
             }
         }
         at = ray.cell_at(t, root, cells);

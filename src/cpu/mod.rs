@@ -8,6 +8,8 @@ mod march_fixed;
 mod march_leaf;
 mod march_paper;
 mod parts;
+mod pass;
+mod probe;
 mod ray;
 mod surface;
 #[cfg(test)]
@@ -16,17 +18,19 @@ mod surface_tests;
 use descent::{Descent, What};
 pub use descent::{INTERIOR, MAX_DEPTH};
 pub use march_leaf::MAX_PIECES;
+pub use probe::{CLOSE, MAX_STEPS};
 pub use ray::{FAR, PARALLEL};
 pub use surface::{MAX_HITS, TINY, surface_intervals};
 
 use crate::image::Image;
 use crate::mesh::BoundarySurface;
 use crate::octree::{Activity, OctreeTexture, Reconstruction};
-use crate::optics::{Classifier, KnotTable, Light};
+use crate::optics::{Classifier, KnotTable, Style};
 use crate::progress::{Cancelled, Progress};
-use crate::view::{CubeRays, RayFrame, RenderSettings, Skip, Steps};
+use crate::view::{CubeRays, Mode, Output, RayFrame, RenderSettings, Skip, Steps};
 use leap::next_active;
 use parts::{Cuts, Parts};
+use pass::Gathered;
 use ray::Ray;
 use rayon::prelude::*;
 use surface::SurfaceRay;
@@ -53,6 +57,11 @@ struct Scene<'a> {
     surface: Option<&'a BoundarySurface>,
     continuous: bool,
     table: &'a KnotTable,
+    mode: Mode,
+    output: Output,
+    style: Style,
+    is_volume_shaded: bool,
+    are_surfaces_shaded: bool,
     min_transmittance: f32,
     /// L_s in cube edges, or the step itself.
     step: f32,
@@ -81,31 +90,37 @@ impl Scene<'_> {
         self.step * ray.inverse_length()
     }
 
+    /// Whether passing a step looks up the octree at other places than the step's ends.
+    fn is_probing(&self) -> bool {
+        self.is_volume_shaded || !self.style.surfaces().is_empty()
+    }
+
     /// What of the tree is marched.
     fn what(&self) -> What {
         if self.is_skipping { What::Active } else { What::All }
     }
 
-    /// Marches a ray; returns the light and the number of full leaves looked up.
-    fn march(&self, ray: &Ray, steps: Steps) -> (Light, u32) {
-        let mut light = Light::default();
+    /// Marches a ray; returns the pixel and the number of full leaves looked up.
+    fn march(&self, ray: &Ray, steps: Steps) -> ([f32; 4], u32) {
+        let mut gathered = Gathered::new();
         let mut way = Way::start(self, ray);
         let march_span = match steps {
             Steps::Leaf => march_leaf::march,
             Steps::Paper => march_paper::march,
             Steps::Fixed => {
-                march_fixed::march(self, ray, &mut way, &mut light);
-                return (light, way.samples);
+                march_fixed::march(self, ray, &mut way, &mut gathered);
+                return (gathered.pixel(self, ray), way.samples);
             }
         };
         while let Some([span, part]) = way.find_stretch(ray) {
             let stretch = [span[0].max(part[0]), span[1].min(part[1])];
-            if !march_span(self, ray, &mut way, stretch, &mut light) {
+            gathered.forget_last();
+            if !march_span(self, ray, &mut way, stretch, &mut gathered) {
                 break;
             }
             way.leave_stretch(ray);
         }
-        (light, way.samples)
+        (gathered.pixel(self, ray), way.samples)
     }
 }
 
@@ -165,9 +180,17 @@ fn step_at(step: f32, depth: u32) -> f32 {
     (step / (1u32 << (depth - 1)) as f32).max(MIN_STEP)
 }
 
+/// The pixel of a ray without numbers ([`Output::Numbers`]).
+pub const NO_NUMBERS: [f32; 4] = [-1.0, 0.0, 0.0, 0.0];
+
+/// Whether a value is passed on the way from one to another.
+fn is_between(front: f32, back: f32, value: f32) -> bool {
+    (front < value) != (back < value)
+}
+
 /// Marches the octree texture along every ray of `frame` by the rule `settings.steps`, row by row on all threads; the result does not
 /// depend on their number. With a surface, only what lies inside it is marched. Of the
-/// settings, `steps`, `step_world`, `skip` and `min_transmittance` count; the size is the frame's.
+/// settings, all count but the size, which is the frame's, and those of the GPU.
 pub fn march(
     texture: &OctreeTexture,
     surface: Option<&BoundarySurface>,
@@ -176,7 +199,11 @@ pub fn march(
     settings: &RenderSettings,
     progress: &Progress,
 ) -> Result<MarchOutput, Cancelled> {
+    let settings = &settings.for_octree(texture.reconstruction() == Reconstruction::Continuous);
     let mut image = Image::new(frame.width, frame.height);
+    if settings.output == Output::Numbers {
+        image.pixels.fill(NO_NUMBERS);
+    }
     progress.begin("march", u64::from(frame.height));
     if texture.depth() == 0 || image.pixels.is_empty() {
         return Ok(MarchOutput { image, samples: 0 });
@@ -184,7 +211,8 @@ pub fn march(
     let rays = CubeRays::new(frame, texture.root_min(), texture.root_edge());
     let table = classifier.table(texture.root_edge());
     // Without skipping everything counts.
-    let seen = if settings.skip() == Skip::None { vec![[0.0, 1.0]] } else { table.seen() };
+    let style = Style::new(settings, classifier, texture.root_edge());
+    let seen = if settings.skip() == Skip::None { vec![[0.0, 1.0]] } else { style.seen(settings.mode, &table) };
     let activity = Activity::new(texture, &seen);
     let split = (settings.skip() == Skip::Half).then(|| activity.split(texture));
     let scene = Scene {
@@ -192,6 +220,11 @@ pub fn march(
         surface,
         continuous: texture.reconstruction() == Reconstruction::Continuous,
         table: &table,
+        mode: settings.mode,
+        output: settings.output,
+        style,
+        is_volume_shaded: settings.is_volume_shaded(),
+        are_surfaces_shaded: settings.shading.surfaces,
         min_transmittance: settings.min_transmittance as f32,
         activity: &activity,
         is_skipping: settings.skip().is_in_march(),
@@ -204,8 +237,8 @@ pub fn march(
         for (column, pixel) in pixels.iter_mut().enumerate() {
             let ray = Ray::enter(rays.ray(column as u32, row as u32));
             if ray.t_out > 0.0 {
-                let (light, met) = scene.march(&ray, settings.steps);
-                *pixel = light.rgba();
+                let (marched, met) = scene.march(&ray, settings.steps);
+                *pixel = marched;
                 samples += u64::from(met);
             }
         }

@@ -22,6 +22,8 @@ pub(super) struct Ray {
     pub inverse: Vec3,
     /// Where it leaves the cube; 0 if it misses.
     pub t_out: f32,
+    /// Where the eye is, at most 0.
+    pub t_eye: f32,
 }
 
 /// The cell that a ray is in: lowest corner and edge on the grid of the deepest level.
@@ -55,7 +57,13 @@ impl Ray {
         let origin = mul_add(direction, near, ray.origin);
         let side = Vec3::select(direction.cmpge(Vec3::ZERO), Vec3::ONE, Vec3::ZERO);
         let t_out = ((side - origin) * inverse).min_element();
-        Ray { origin, direction, length: ray.length, inverse, t_out: if misses { 0.0 } else { t_out.max(0.0) } }
+        let t_out = if misses { 0.0 } else { t_out.max(0.0) };
+        Ray { origin, direction, length: ray.length, inverse, t_out, t_eye: ray.t_eye - near }
+    }
+
+    /// The unit vector towards the eye.
+    pub fn to_eye(&self) -> Vec3 {
+        -self.direction / self.length
     }
 
     /// 1 / |direction| within 2^-11, the same on every processor: the largest number of 12 bits that is at most the one asked for, of the

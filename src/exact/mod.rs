@@ -8,6 +8,7 @@
 //! walk       from there from tet to tet, by exact signs, over what adjacency linked
 //! transfer   cut at the knots of the transfer function
 //! integral   light of each piece
+//! pass       surfaces of equal value, shading, and numbers in place of light
 //! ```
 //!
 //! **Any mesh** draws right. Concave boundaries, holes and separate parts are several entries; seams of coincident points are left and
@@ -17,6 +18,7 @@
 
 mod boundary;
 mod integral;
+mod pass;
 #[cfg(test)]
 pub(crate) mod test_meshes;
 #[cfg(test)]
@@ -29,13 +31,13 @@ use crate::image::Image;
 use crate::mesh::adjacency::{self, Tet};
 use crate::mesh::{Association, ScalarField, TetMesh};
 use crate::progress::{Cancelled, Progress};
-use crate::view::{RayFrame, TransferFunction};
+use crate::view::{RayFrame, RenderSettings, TransferFunction};
 use boundary::Boundary;
 use glam::DVec3;
-use integral::Light;
+pub use pass::RayNumber;
+use pass::{Gathered, Look};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
-use transfer::Transfer;
 use walk::{Entry, Ray, Vertex};
 
 /// A mesh and one of its fields, ready to be traced. Owns what it needs: 32 bytes a tet, 32 a point, and a
@@ -112,26 +114,55 @@ impl ExactScene {
         size_of_val(&self.vertices[..]) + size_of_val(&self.tets[..]) + cells + self.boundary.bytes()
     }
 
-    /// Draws the image of `frame`, on all threads; the same bits whatever their number.
+    /// Draws the image of `frame`, on all threads; the same bits whatever their number. Of the settings, `mode`, `isosurfaces`, `shading` and
+    /// `min_transmittance` count.
     ///
     /// A ray stops once less than `min_transmittance` of what lies behind is still seen, which changes colour and alpha by at most as
     /// much; 0 takes every ray through to its end.
-    pub fn render(&self, frame: &RayFrame, tf: &TransferFunction, min_transmittance: f64, progress: &Progress) -> Result<Image, Cancelled> {
-        progress.begin("tracing rays", u64::from(frame.height));
-        let transfer = Transfer::new(tf, self.range, self.diagonal);
+    pub fn render(
+        &self,
+        frame: &RayFrame,
+        tf: &TransferFunction,
+        settings: &RenderSettings,
+        progress: &Progress,
+    ) -> Result<Image, Cancelled> {
         let mut image = Image::new(frame.width, frame.height);
-        let rows = image.pixels.par_chunks_mut(frame.width.max(1) as usize).enumerate();
+        self.follow(frame, &Look::new(self, tf, settings), &mut image.pixels, |ray| ray.pixel(), progress)?;
+        Ok(image)
+    }
+
+    /// What of the rays of `frame` is no colour, row 0 at the top.
+    pub fn numbers(&self, frame: &RayFrame, settings: &RenderSettings, progress: &Progress) -> Result<Vec<RayNumber>, Cancelled> {
+        let tf = TransferFunction::default();
+        let mut numbers = vec![RayNumber { value: f64::NAN, depth: f64::NAN }; frame.width as usize * frame.height as usize];
+        self.follow(frame, &Look::new(self, &tf, settings), &mut numbers, |ray| ray.number(), progress)?;
+        Ok(numbers)
+    }
+
+    /// Follows the ray of every pixel.
+    fn follow<T: Send>(
+        &self,
+        frame: &RayFrame,
+        look: &Look,
+        pixels: &mut [T],
+        finish: impl Fn(&Gathered) -> T + Sync,
+        progress: &Progress,
+    ) -> Result<(), Cancelled> {
+        progress.begin("tracing rays", u64::from(frame.height));
+        let rows = pixels.par_chunks_mut(frame.width.max(1) as usize).enumerate();
         rows.try_for_each_init(Scratch::default, |scratch, (row, pixels)| {
             for (column, pixel) in pixels.iter_mut().enumerate() {
                 progress.check()?;
                 let (origin, direction) = frame.ray(column as u32, row as u32);
-                let Light { color: [r, g, b], transmittance } = self.light(origin, direction, &transfer, min_transmittance, scratch);
-                *pixel = [r, g, b, 1.0 - transmittance].map(|v| v as f32);
+                let mut gathered = Gathered::new(look, direction);
+                let _ = self.visit(origin, direction, scratch, |segment| {
+                    if gathered.pass(segment) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+                });
+                *pixel = finish(&gathered);
             }
             progress.add(1);
             Ok(())
-        })?;
-        Ok(image)
+        })
     }
 
     /// The segments of the ray from `origin` (relative to the mesh's centre) along the unit vector `direction`, by distance, without
@@ -143,16 +174,6 @@ impl ExactScene {
             ControlFlow::Continue(())
         });
         segments
-    }
-
-    fn light(&self, origin: DVec3, direction: DVec3, transfer: &Transfer, min_transmittance: f64, scratch: &mut Scratch) -> Light {
-        let mut light = Light::NONE;
-        let _ = self.visit(origin, direction, scratch, |Segment { t_in, t_out, s_in, s_out, .. }| {
-            let (front, back) = (transfer.normalize(s_in), transfer.normalize(s_out));
-            transfer.cut(front, back, t_out - t_in, |front, back, length| light.add(front, back, length));
-            if light.transmittance < min_transmittance { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        light
     }
 
     /// Visits the segments of a ray from the origin on, by distance and without overlap.

@@ -5,7 +5,7 @@ use super::*;
 use crate::geometry::{FACES, signed_volume};
 use crate::image::difference;
 use crate::mesh::MeshParts;
-use crate::view::{Camera, OpacityModel, Projection};
+use crate::view::{Camera, OpacityModel, Projection, RenderSettings};
 
 fn scene(mesh: &TetMesh, field: &ScalarField) -> ExactScene {
     ExactScene::new(mesh, field, &Progress::new()).expect("not cancelled")
@@ -69,7 +69,9 @@ fn single_ray(origin: DVec3, direction: DVec3) -> RayFrame {
 }
 
 fn pixel(scene: &ExactScene, tf: &TransferFunction, origin: DVec3, direction: DVec3) -> [f64; 4] {
-    let image = scene.render(&single_ray(origin, direction), tf, 0.0, &Progress::new()).expect("not cancelled");
+    let image = scene
+        .render(&single_ray(origin, direction), tf, &RenderSettings::new(1, 1).stopping_at(0.0), &Progress::new())
+        .expect("not cancelled");
     image.pixels[0].map(f64::from)
 }
 
@@ -84,7 +86,8 @@ fn a_constant_slab_has_one_minus_exp_of_its_depth() {
     let mesh = mesh(cube(3));
     let scene = scene(&mesh, &point_field(&mesh, |_| 0.5));
     let tf = grey(vec![[0.0, 0.7]], &[[0.0, 0.4]], 0.25);
-    let image = scene.render(&parallel_view(33), &tf, 0.0, &Progress::new()).expect("not cancelled");
+    let image =
+        scene.render(&parallel_view(33), &tf, &RenderSettings::new(1, 1).stopping_at(0.0), &Progress::new()).expect("not cancelled");
     let alpha = 1.0 - (-0.7f64 / 0.25).exp();
     for p in &image.pixels {
         assert!((f64::from(p[3]) - alpha).abs() < 1e-7 && (f64::from(p[0]) - 0.4 * alpha).abs() < 1e-7, "{p:?}");
@@ -107,7 +110,10 @@ fn one_tet_end_to_end() {
         (&exponential, forward, 0.534627871101574, 0.992340119130178),
         (&exponential, reversed, 0.282208182732324, 0.992340119130178),
     ] {
-        let light = scene.light(origin, direction, &Transfer::new(tf, [0.0, 1.0], 1.0), 0.0, &mut Scratch::default());
+        let look = Look::new(&scene, tf, &RenderSettings::new(1, 1).stopping_at(0.0));
+        let mut gathered = Gathered::new(&look, direction);
+        scene.trace(origin, direction).into_iter().for_each(|segment| _ = gathered.pass(segment));
+        let light = gathered.light;
         assert!((light.color[0] - color).abs() < 1e-14 && (1.0 - light.transmittance - alpha).abs() < 1e-14, "{light:?}");
     }
 }
@@ -192,7 +198,9 @@ fn scaling_the_world_leaves_the_image() {
         let mesh = mesh(parts);
         let scene = scene(&mesh, &point_field(&mesh, |p| (p / scale).length()));
         let camera = Camera::orbit(mesh.bounds().translated(mesh.center()), 1, 1.0);
-        scene.render(&camera.frame(mesh.center(), 40, 30), &tf, 0.0, &Progress::new()).expect("not cancelled")
+        scene
+            .render(&camera.frame(mesh.center(), 40, 30), &tf, &RenderSettings::new(1, 1).stopping_at(0.0), &Progress::new())
+            .expect("not cancelled")
     };
     let reference = image(1.0);
     assert!(reference.pixels.iter().any(|p| p[3] > 0.5));
@@ -347,7 +355,9 @@ fn a_ray_stops_when_it_is_opaque_and_the_error_is_bounded() {
     let mesh = mesh(cube(6));
     let scene = scene(&mesh, &point_field(&mesh, |p| p.y));
     let tf = TransferFunction { unit_distance: Some(0.05), ..TransferFunction::standard() };
-    let render = |least| scene.render(&parallel_view(16), &tf, least, &Progress::new()).expect("not cancelled");
+    let render = |least| {
+        scene.render(&parallel_view(16), &tf, &RenderSettings::new(1, 1).stopping_at(least), &Progress::new()).expect("not cancelled")
+    };
     let (_, worst) = difference(&render(0.0), &render(1e-3));
     assert!(worst > 0.0 && worst <= 1e-3, "{worst}");
 }
@@ -362,14 +372,27 @@ fn images_do_not_depend_on_threads_and_rendering_can_be_cancelled() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| {
             let frame = Camera::orbit(mesh.bounds(), 2, 1.0).frame(DVec3::ZERO, 24, 20);
-            scene(&mesh, &field).render(&frame, &TransferFunction::standard(), 0.0, &Progress::new())
+            scene(&mesh, &field).render(
+                &frame,
+                &TransferFunction::standard(),
+                &RenderSettings::new(1, 1).stopping_at(0.0),
+                &Progress::new(),
+            )
         })
     };
     assert_eq!(image(1), image(3));
     let cancelled = Progress::new();
     cancelled.cancel();
     assert!(ExactScene::new(&mesh, &field, &cancelled).is_err());
-    assert_eq!(scene(&mesh, &field).render(&parallel_view(4), &TransferFunction::standard(), 0.0, &cancelled), Err(Cancelled));
+    assert_eq!(
+        scene(&mesh, &field).render(
+            &parallel_view(4),
+            &TransferFunction::standard(),
+            &RenderSettings::new(1, 1).stopping_at(0.0),
+            &cancelled
+        ),
+        Err(Cancelled)
+    );
 }
 
 #[test]

@@ -64,11 +64,16 @@ impl Transfer {
         if hi > lo { (value - lo) / (hi - lo) } else { 0.0 }
     }
 
+    /// Extinction and colour at a scalar x; on a step those of the upper side.
+    pub fn sample(&self, x: f64) -> Sample {
+        self.intervals[self.knots.partition_point(|&knot| knot <= x)].at(x)
+    }
+
     /// Cuts a segment of `length` over which the scalar goes linearly from `front` to `back` at the knots (maths 2.6): visits the
     /// pieces from front to back as (at its front, at its back, length). On a step, a constant scalar takes the upper side.
     pub fn cut(&self, front: f64, back: f64, length: f64, mut visit: impl FnMut(&Sample, &Sample, f64)) {
         if front == back {
-            let sample = self.intervals[self.knots.partition_point(|&knot| knot <= front)].at(front);
+            let sample = self.sample(front);
             return visit(&sample, &sample, length);
         }
         let rising = front < back;

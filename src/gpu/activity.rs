@@ -8,7 +8,7 @@ use super::timing::Timestamps;
 use super::volume::OctreeVolume;
 use super::voxels::VoxelTexture;
 use crate::octree::{ActiveBox, Activity, OctreeTexture, Split};
-use crate::optics::Classifier;
+use crate::optics::{Classifier, Style};
 use crate::view::{Intervals, RenderSettings, Skip};
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -300,7 +300,8 @@ impl Marcher {
         drop(volume.activity.forget());
         let start = Instant::now();
         if settings.skip() != Skip::None {
-            drop(self.activity.show(context, volume, classifier.table(volume.root_edge).seen(), Wants::of(volume, settings))?);
+            let seen = Style::seen_with(settings, classifier, volume.root_edge);
+            drop(self.activity.show(context, volume, seen, Wants::of(volume, settings))?);
             context.wait()?;
         }
         Ok(start.elapsed().as_secs_f64())

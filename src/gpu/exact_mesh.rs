@@ -15,7 +15,8 @@ pub struct ExactMesh {
     surface: GpuSurface,
     pub(super) on_cells: bool,
     pub(super) cube_min: DVec3,
-    pub(super) cube_edge: f64,
+    /// Edge of the cube that rays are followed in, world units.
+    pub cube_edge: f64,
     bytes: u64,
 }
 

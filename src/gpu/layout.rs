@@ -4,7 +4,7 @@ use crate::octree::Split;
 use crate::view::{CubeRays, RayFrame, RenderSettings};
 use bytemuck::{Pod, Zeroable};
 
-pub use crate::optics::Knot;
+pub use crate::optics::{Knot, Style, Surface};
 
 /// What all rays of an image share: `Frame` in `shaders/shared/frame.wgsl`. Lengths are in edges of the root cube.
 #[repr(C)]

@@ -15,8 +15,8 @@ use super::target::Target;
 use super::timing::Timestamps;
 use super::volume::OctreeVolume;
 use crate::image::Image;
-use crate::optics::{Classifier, psi_table};
-use crate::view::{RayFrame, RenderSettings, Skip, Steps};
+use crate::optics::{Classifier, Style, psi_table};
+use crate::view::{Mode, Output, RayFrame, RenderSettings, Skip, Steps};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
@@ -49,7 +49,18 @@ pub enum Marched<'a> {
 
 /// What a pipeline is made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Variant {
+struct Variant {
+    through: Through,
+    mode: Mode,
+    output: Output,
+    with_surfaces: bool,
+    shade_volume: bool,
+    shade_surfaces: bool,
+}
+
+/// What of it is about the data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Through {
     Octree { steps: Steps, storage: NodeStorage, continuous: bool, clipped: bool, voxels: bool, skip: Skip },
     Exact { on_cells: bool },
 }
@@ -76,8 +87,20 @@ impl<'a> Marched<'a> {
     }
 
     fn variant(self, settings: &RenderSettings) -> Variant {
+        let with_surfaces = !settings.surfaces().is_empty();
+        Variant {
+            through: self.through(settings),
+            mode: settings.mode,
+            output: settings.output,
+            with_surfaces,
+            shade_volume: settings.is_volume_shaded(),
+            shade_surfaces: with_surfaces && settings.shading.surfaces,
+        }
+    }
+
+    fn through(self, settings: &RenderSettings) -> Through {
         match self {
-            Marched::Octree(volume) => Variant::Octree {
+            Marched::Octree(volume) => Through::Octree {
                 steps: settings.steps,
                 storage: volume.storage(),
                 continuous: volume.continuous,
@@ -89,7 +112,7 @@ impl<'a> Marched<'a> {
                     skip => skip.parts().map_or(skip, Skip::Parts),
                 },
             },
-            Marched::Exact(mesh) => Variant::Exact { on_cells: mesh.on_cells },
+            Marched::Exact(mesh) => Through::Exact { on_cells: mesh.on_cells },
         }
     }
 
@@ -183,11 +206,16 @@ impl Marcher {
 
         let (cube_min, cube_edge, depth) = volume.cube();
         let table = classifier.table(cube_edge);
+        let settings = &match volume {
+            Marched::Octree(volume) => settings.for_octree(volume.continuous),
+            Marched::Exact(_) => *settings,
+        };
+        let style = Style::new(settings, classifier, cube_edge);
         let variant = volume.variant(settings);
         let (mut given, mut words) = (Given::default(), None);
         if let (Marched::Octree(volume), true) = (volume, settings.skip() != Skip::None || settings.is_through_voxels()) {
             let parts = settings.skip().parts();
-            given = self.activity.show(context, volume, table.seen(), Wants::of(volume, settings))?;
+            given = self.activity.show(context, volume, style.seen(settings.mode, &table), Wants::of(volume, settings))?;
             words = parts.map(|parts| self.intervals.words(context, target.size(), parts)).transpose()?;
         }
         let uniforms = Frame::new(frame, cube_min, cube_edge, depth, settings, given.split);
@@ -198,6 +226,7 @@ impl Marcher {
             let init = |label, contents, usage| init_buffer(device, label, contents, usage);
             let storage = wgpu::BufferUsages::STORAGE;
             let uniforms = init("frame", bytemuck::bytes_of(&uniforms), wgpu::BufferUsages::UNIFORM);
+            let style = init("style", bytemuck::bytes_of(&style), wgpu::BufferUsages::UNIFORM);
             let knots = init("knots", bytemuck::cast_slice(&table.knots), storage);
             let knot_index = init("knot index", bytemuck::cast_slice(&table.index), storage);
             let counter = init("counter", bytemuck::bytes_of(&Counter::default()), storage | wgpu::BufferUsages::COPY_SRC);
@@ -208,6 +237,7 @@ impl Marcher {
                 (4, self.psi.as_entire_binding()),
                 (5, wgpu::BindingResource::TextureView(target.view())),
                 (6, counter.as_entire_binding()),
+                (23, style.as_entire_binding()),
             ];
             if let (Marched::Octree(octree), Some(words)) = (volume, &words) {
                 let boxes = given.boxes.as_ref().map(|boxes| (boxes, Placing::new(frame, cube_min, cube_edge)));
@@ -277,12 +307,12 @@ impl Marcher {
 
 impl Marcher {
     fn layout(&self, variant: Variant) -> &wgpu::BindGroupLayout {
-        &self.layouts[match variant {
-            Variant::Octree { storage: NodeStorage::Buffer, voxels: true, .. } => Data::BufferAndVoxels,
-            Variant::Octree { storage: NodeStorage::Texture, voxels: true, .. } => Data::TextureAndVoxels,
-            Variant::Octree { storage: NodeStorage::Buffer, .. } => Data::Buffer,
-            Variant::Octree { storage: NodeStorage::Texture, .. } => Data::Texture,
-            Variant::Exact { .. } => Data::Exact,
+        &self.layouts[match variant.through {
+            Through::Octree { storage: NodeStorage::Buffer, voxels: true, .. } => Data::BufferAndVoxels,
+            Through::Octree { storage: NodeStorage::Texture, voxels: true, .. } => Data::TextureAndVoxels,
+            Through::Octree { storage: NodeStorage::Buffer, .. } => Data::Buffer,
+            Through::Octree { storage: NodeStorage::Texture, .. } => Data::Texture,
+            Through::Exact { .. } => Data::Exact,
         } as usize]
     }
 
@@ -311,9 +341,10 @@ fn layout(device: &wgpu::Device, data: Data) -> wgpu::BindGroupLayout {
         view_dimension: wgpu::TextureViewDimension::D2,
     };
     let counter = buffer(wgpu::BufferBindingType::Storage { read_only: false });
-    // frame, knots, knot_index, psi_table, image, counter, surface_nodes, surface_faces, surface_vertices.
-    let frame = buffer(wgpu::BufferBindingType::Uniform);
-    let mut types = vec![(0, frame), (2, read), (3, read), (4, read), (5, image), (6, counter), (8, read), (9, read), (10, read)];
+    // frame, knots, knot_index, psi_table, image, counter, surface_nodes, surface_faces, surface_vertices, style.
+    let uniform = buffer(wgpu::BufferBindingType::Uniform);
+    let mut types =
+        vec![(23, uniform), (0, uniform), (2, read), (3, read), (4, read), (5, image), (6, counter), (8, read), (9, read), (10, read)];
     // nodes, bricks, activity, part_words.
     let octree = |storage| vec![(1, nodes_type(storage)), (7, nodes_type(storage)), (15, read), (16, read)];
     types.extend(match data {
@@ -365,9 +396,24 @@ pub(super) fn layout_of(
 
 fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, variant: Variant) -> wgpu::ComputePipeline {
     let flag = |set: bool| f64::from(u8::from(set));
-    let mut constants = vec![("tile", f64::from(TILE))];
-    let (stage, storage) = match variant {
-        Variant::Octree { steps, storage, continuous, clipped, voxels, skip } => {
+    let mode = match variant.mode {
+        Mode::Composite => 0.0,
+        Mode::Iso => 1.0,
+        Mode::Maximum => 2.0,
+        Mode::Minimum => 3.0,
+        Mode::Mean => 4.0,
+        Mode::Integral => 5.0,
+    };
+    let mut constants = vec![
+        ("tile", f64::from(TILE)),
+        ("mode", mode),
+        ("as_numbers", flag(variant.output == Output::Numbers)),
+        ("with_surfaces", flag(variant.with_surfaces)),
+        ("shade_volume", flag(variant.shade_volume)),
+        ("shade_surfaces", flag(variant.shade_surfaces)),
+    ];
+    let (stage, storage) = match variant.through {
+        Through::Octree { steps, storage, continuous, clipped, voxels, skip } => {
             constants.extend([("continuous", flag(continuous)), ("clipped", flag(clipped)), ("skipping", flag(skip.is_in_march()))]);
             constants.push(("parts", f64::from(skip.parts().unwrap_or(0))));
             if voxels {
@@ -381,7 +427,7 @@ fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, variant: Vari
             };
             (stage, storage)
         }
-        Variant::Exact { on_cells } => {
+        Through::Exact { on_cells } => {
             constants.push(("on_cells", flag(on_cells)));
             ("march_exact.wgsl", NodeStorage::Buffer)
         }

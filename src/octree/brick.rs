@@ -130,6 +130,18 @@ pub fn trilinear(corners: &[f32; 8], at: Vec3) -> f32 {
     lerp(lerp(x(0), x(2), at.y), lerp(x(4), x(6), at.y), at.z)
 }
 
+/// The gradient of the trilinear field at a place in a leaf, per edge of the leaf.
+#[inline]
+pub fn trilinear_gradient(corners: &[f32; 8], at: Vec3) -> Vec3 {
+    let lerp = |a: f32, b: f32, w: f32| a + w * (b - a);
+    // Along each axis the four edges' differences, blended by the other two coordinates.
+    let along = |step: usize, [a, b, c, d]: [usize; 4], u: f32, v: f32| {
+        let edge = |k: usize| corners[k + step] - corners[k];
+        lerp(lerp(edge(a), edge(b), u), lerp(edge(c), edge(d), u), v)
+    };
+    Vec3::new(along(1, [0, 2, 4, 6], at.y, at.z), along(2, [0, 1, 4, 5], at.x, at.z), along(4, [0, 1, 2, 3], at.x, at.y))
+}
+
 /// The offset of child or corner `k = x + 2 y + 4 z`.
 #[inline]
 pub(super) fn offset(k: u32) -> UVec3 {
@@ -139,6 +151,19 @@ pub(super) fn offset(k: u32) -> UVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_gradient_is_the_fields() {
+        let corners: [f32; 8] = std::array::from_fn(|k| (k as f32 * 0.618_034) % 1.0);
+        for at in [Vec3::new(0.3, 0.6, 0.1), Vec3::new(0.9, 0.2, 0.8)] {
+            let gradient = trilinear_gradient(&corners, at);
+            for (axis, unit) in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().enumerate() {
+                // Along an axis the field is linear.
+                let difference = trilinear(&corners, at + 0.05 * unit) - trilinear(&corners, at - 0.05 * unit);
+                assert!((difference / 0.1 - gradient[axis]).abs() < 1e-5, "{at} {axis}");
+            }
+        }
+    }
 
     #[test]
     fn samples_survive_to_17_bits() {

@@ -21,7 +21,7 @@ mod voxels;
 
 pub use activity::{ActiveBox, Activity, Split};
 pub use bound::{ErrorBound, error_bound};
-pub use brick::{BRICK_WORDS, Brick, LATTICE, trilinear};
+pub use brick::{BRICK_WORDS, Brick, LATTICE, trilinear, trilinear_gradient};
 pub use grid_bound::grid_error_bound;
 pub use params::{Boundary, OctreeParams, ParamsError, Preset, Reconstruction, Sampling};
 pub use procedural::CellKind;

@@ -1,6 +1,6 @@
 //! A transfer function made ready for one scalar array: merged knots over the array's normalised value, extinction for opacity.
 
-use crate::view::{OpacityModel, TransferFunction};
+use crate::view::{Mode, OpacityModel, TransferFunction};
 use bytemuck::{Pod, Zeroable};
 
 /// Entries of the table from a value to its interval of knots.
@@ -27,6 +27,10 @@ pub struct ClassKnot {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Classifier {
     knots: Vec<ClassKnot>,
+    value_range: [f64; 2],
+    bounds_diagonal: f64,
+    /// What the colours of an integral span.
+    integral_range: [f64; 2],
 }
 
 /// A knot as the marchers read it: of [`Knot`] i and i + 1, interval i interpolates. The twin of `Knot` in `shaders/shared/classify.wgsl`.
@@ -68,6 +72,7 @@ impl Classifier {
     /// may be degenerate, then all values are 0). `bounds_diagonal` is the world length that a missing unit distance refers to. The
     /// transfer function must be valid ([`TransferFunction::validate`]).
     pub fn new(tf: &TransferFunction, value_range: [f64; 2], bounds_diagonal: f64) -> Self {
+        let integral_range = tf.range.unwrap_or_else(|| Mode::integral_range(value_range, bounds_diagonal));
         let unit = tf.unit_distance_world(bounds_diagonal);
         let unit = if unit > 0.0 { unit } else { 1.0 };
         let from_opacity = |opacity: f64| match tf.opacity_model {
@@ -103,7 +108,38 @@ impl Classifier {
         } else {
             knots.push(ClassKnot { value: 1.0, ..knots[0] });
         }
-        Classifier { knots }
+        Classifier { knots, value_range, bounds_diagonal, integral_range }
+    }
+
+    /// What `mode` needs of a transfer function: [`Classifier::new`], or for an integral the function over the integral's own range.
+    pub fn for_mode(tf: &TransferFunction, mode: Mode, value_range: [f64; 2], bounds_diagonal: f64) -> Self {
+        let of_values = Classifier::new(tf, value_range, bounds_diagonal);
+        if mode != Mode::Integral {
+            return of_values;
+        }
+        let over_its_range = TransferFunction { range: None, ..tf.clone() };
+        Classifier { knots: Classifier::new(&over_its_range, [0.0, 1.0], bounds_diagonal).knots, ..of_values }
+    }
+
+    /// Smallest and largest value of the array, which 0 and 1 stand for, in data units.
+    pub fn value_range(&self) -> [f64; 2] {
+        self.value_range
+    }
+
+    /// Length of the diagonal of the bounds in world units.
+    pub fn bounds_diagonal(&self) -> f64 {
+        self.bounds_diagonal
+    }
+
+    /// The integrals, in data units times world units, whose colours are the first and the last.
+    pub fn integral_range(&self) -> [f64; 2] {
+        self.integral_range
+    }
+
+    /// A value in data units, normalised; outside [0, 1] where the array has none such.
+    pub fn normalized(&self, value: f64) -> f64 {
+        let [lo, hi] = self.value_range;
+        if hi > lo { (value - lo) / (hi - lo) } else { -1.0 }
     }
 
     /// The merged knots, ascending from value 0 to value 1.

@@ -8,9 +8,9 @@ use crate::gpu::{self, ExactMesh, FrameTimes, GpuError, GpuSeconds, InFlight, Ma
 use crate::image::Image;
 use crate::mesh::{BoundarySurface, CompactMesh, ScalarField, TetMesh};
 use crate::octree::{Activity, OctreeTexture};
-use crate::optics::Classifier;
+use crate::optics::{Classifier, Style};
 use crate::progress::{Cancelled, Progress};
-use crate::view::{RayFrame, RenderSettings, RendererKind, Skip, Steps, View};
+use crate::view::{Mode, Output, RayFrame, RenderSettings, RendererKind, Skip, Steps, View};
 use glam::DVec3;
 use std::sync::Arc;
 use std::time::Instant;
@@ -66,6 +66,21 @@ enum Data {
     Octree { texture: Arc<OctreeTexture>, surface: Option<Arc<BoundarySurface>>, volume: Option<Box<OctreeVolume>> },
     Exact(ExactScene),
     ExactOnDevice { mesh: ExactMesh, value_range: [f64; 2] },
+}
+
+/// What of the rays of a view is no colour, row 0 at the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RayNumbers {
+    /// Pixels along x.
+    pub width: u32,
+    /// Pixels along y.
+    pub height: u32,
+    /// Of each ray the largest, smallest or mean value in data units, or the integral in data units times world units; NaN where the ray
+    /// misses, or the view's mode has no such number.
+    pub values: Vec<f32>,
+    /// Distance along each ray from the eye to the first isosurface, world units; with a parallel camera from the view plane. NaN where there
+    /// is none.
+    pub depths: Vec<f32>,
 }
 
 /// A picture and what it took.
@@ -150,21 +165,50 @@ impl Renderer {
     pub fn render(&self, scene: &Scene, view: &View, progress: &Progress) -> Result<Picture, RenderError> {
         let frame = scene.frame(view);
         if let Some((gpu, marched, value_range)) = self.on_device(scene) {
-            let classifier = Classifier::new(&view.transfer_function, value_range, scene.diagonal);
+            let classifier = scene.classifier(view, value_range);
             let done = gpu.marcher.render(&gpu.context, marched, &frame, &classifier, &view.settings)?;
             return Ok(Picture { image: done.image, samples: Some(done.samples), wall_s: done.wall_s, gpu_s: done.gpu_s });
         }
         let start = Instant::now();
         let (image, samples) = match &scene.data {
             Data::Octree { texture, surface, .. } => {
-                let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
+                let classifier = scene.classifier(view, texture.value_range());
                 let done = cpu::march(texture, surface.as_deref(), &frame, &classifier, &view.settings, progress)?;
                 (done.image, Some(done.samples))
             }
-            Data::Exact(exact) => (exact.render(&frame, &view.transfer_function, view.settings.min_transmittance, progress)?, None),
+            Data::Exact(exact) => (exact.render(&frame, &view.transfer_function, &view.settings, progress)?, None),
             Data::ExactOnDevice { .. } => return Err(GpuError::Device("the scene is of another renderer's device".into()).into()),
         };
         Ok(Picture { image, samples, wall_s: start.elapsed().as_secs_f64(), gpu_s: None })
+    }
+
+    /// What of the view's rays is no colour: the numbers that its mode shows, and where they meet the first isosurface.
+    pub fn numbers(&self, scene: &Scene, view: &View, progress: &Progress) -> Result<RayNumbers, RenderError> {
+        let [width, height] = [view.settings.width, view.settings.height];
+        let mode = view.settings.mode;
+        if let Data::Exact(exact) = &scene.data {
+            let numbers = exact.numbers(&scene.frame(view), &view.settings, progress)?;
+            let values = numbers.iter().map(|number| number.value as f32).collect();
+            let depths = numbers.iter().map(|number| number.depth as f32).collect();
+            return Ok(RayNumbers { width, height, values, depths });
+        }
+        let settings = RenderSettings { output: Output::Numbers, ..view.settings };
+        let image = self.render(scene, &View { settings, ..view.clone() }, progress)?.image;
+        let (edge, [lo, hi]) = scene.cube();
+        let value = |&[number, length, _, _]: &[f32; 4]| {
+            let mean = lo + (hi - lo) * f64::from(number);
+            match mode {
+                Mode::Composite | Mode::Iso => f32::NAN,
+                _ if number < 0.0 => f32::NAN,
+                Mode::Maximum | Mode::Minimum => mean as f32,
+                Mode::Mean | Mode::Integral if length <= 0.0 => f32::NAN,
+                Mode::Mean => mean as f32,
+                Mode::Integral => (mean * f64::from(length) * edge) as f32,
+            }
+        };
+        let depth = |&[_, _, distance, is_hit]: &[f32; 4]| if is_hit > 0.0 { (f64::from(distance) * edge) as f32 } else { f32::NAN };
+        let (values, depths) = (image.pixels.iter().map(value).collect(), image.pixels.iter().map(depth).collect());
+        Ok(RayNumbers { width, height, values, depths })
     }
 
     /// What of a scene lies on this renderer's device, and the values that its 0 and 1 stand for.
@@ -181,7 +225,7 @@ impl Renderer {
     /// view's width. `None` if the scene is not on the device: [`Renderer::render`] draws it.
     pub fn march(&self, scene: &Scene, view: &View, first_row: u32, target: &Target) -> Result<Option<InFlight>, RenderError> {
         let Some((gpu, marched, value_range)) = self.on_device(scene) else { return Ok(None) };
-        let classifier = Classifier::new(&view.transfer_function, value_range, scene.diagonal);
+        let classifier = scene.classifier(view, value_range);
         let rows = scene.frame(view).rows(first_row, target.size()[1]);
         Ok(Some(gpu.marcher.start(&gpu.context, marched, &rows, &classifier, &view.settings, target)?))
     }
@@ -191,7 +235,7 @@ impl Renderer {
     pub fn time(&self, scene: &Scene, views: &[View], repeats: u32, progress: &Progress) -> Result<FrameTimes, RenderError> {
         let Some(first) = views.first() else { return Ok(FrameTimes { gpu_s: None, intervals_s: None, wall_s: vec![] }) };
         if let Some((gpu, marched, value_range)) = self.on_device(scene) {
-            let classifier = Classifier::new(&first.transfer_function, value_range, scene.diagonal);
+            let classifier = scene.classifier(first, value_range);
             let frames: Vec<RayFrame> = views.iter().map(|view| scene.frame(view)).collect();
             return Ok(gpu.marcher.time(&gpu.context, marched, &frames, &classifier, &first.settings, WARMUP_S, repeats)?);
         }
@@ -210,11 +254,11 @@ impl Renderer {
     /// timestamps where there are any, else by the clock. `None` for the exact renderer, which skips nothing.
     pub fn time_activity(&self, scene: &Scene, view: &View, repeats: u32) -> Result<Option<Vec<f64>>, RenderError> {
         let Data::Octree { texture, volume, .. } = &scene.data else { return Ok(None) };
-        let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
+        let classifier = scene.classifier(view, texture.value_range());
         if let (Some(gpu), Some(volume)) = (&self.gpu, volume) {
             return Ok(Some(gpu.marcher.time_activity(&gpu.context, volume, &classifier, repeats)?));
         }
-        let seen = classifier.table(texture.root_edge()).seen();
+        let seen = Style::seen_with(&view.settings, &classifier, texture.root_edge());
         let once = |_| {
             let start = Instant::now();
             std::hint::black_box(Activity::new(texture, &seen));
@@ -227,13 +271,13 @@ impl Renderer {
     /// for the exact renderer.
     pub fn time_preparation(&self, scene: &Scene, view: &View) -> Result<Option<f64>, RenderError> {
         let Data::Octree { texture, volume, .. } = &scene.data else { return Ok(None) };
-        let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
+        let classifier = scene.classifier(view, texture.value_range());
         if let (Some(gpu), Some(volume)) = (&self.gpu, volume) {
             return Ok(Some(gpu.marcher.time_preparation(&gpu.context, volume, &classifier, &view.settings)?));
         }
         let start = Instant::now();
         if view.settings.skip() != Skip::None {
-            let activity = Activity::new(texture, &classifier.table(texture.root_edge()).seen());
+            let activity = Activity::new(texture, &Style::seen_with(&view.settings, &classifier, texture.root_edge()));
             if view.settings.skip() == Skip::Half {
                 std::hint::black_box(activity.split(texture));
             }
@@ -259,8 +303,8 @@ impl Renderer {
     /// How many leaves of an octree the view's transfer function shows; `None` for the exact renderer.
     pub fn active_leaves(&self, scene: &Scene, view: &View) -> Option<usize> {
         let Data::Octree { texture, .. } = &scene.data else { return None };
-        let classifier = Classifier::new(&view.transfer_function, texture.value_range(), scene.diagonal);
-        Some(Activity::new(texture, &classifier.table(texture.root_edge()).seen()).leaves())
+        let classifier = scene.classifier(view, texture.value_range());
+        Some(Activity::new(texture, &Style::seen_with(&view.settings, &classifier, texture.root_edge())).leaves())
     }
 }
 
@@ -321,6 +365,19 @@ impl Scene {
             Data::Octree { volume, .. } => volume.as_deref(),
             Data::Exact(_) | Data::ExactOnDevice { .. } => None,
         }
+    }
+
+    /// Edge of the cube that rays are marched in, world units, and the values that 0 and 1 stand for.
+    fn cube(&self) -> (f64, [f64; 2]) {
+        match &self.data {
+            Data::Octree { texture, .. } => (texture.root_edge(), texture.value_range()),
+            Data::ExactOnDevice { mesh, value_range } => (mesh.cube_edge, *value_range),
+            Data::Exact(_) => (1.0, [0.0, 1.0]),
+        }
+    }
+
+    fn classifier(&self, view: &View, value_range: [f64; 2]) -> Classifier {
+        Classifier::for_mode(&view.transfer_function, view.settings.mode, value_range, self.diagonal)
     }
 
     fn frame(&self, view: &View) -> RayFrame {

@@ -2,6 +2,7 @@
 
 mod camera;
 mod cube_rays;
+mod mode;
 mod orbit;
 mod settings;
 mod skip;
@@ -9,6 +10,7 @@ mod transfer_function;
 
 pub use camera::{Camera, CameraError, Projection, RayFrame};
 pub use cube_rays::{CubeRay, CubeRays, high_bits, mul_add};
+pub use mode::{Isosurface, IsosurfaceError, Isosurfaces, LightSource, Mode, NotAMode, Output, Phong, Shading};
 pub use settings::{RenderSettings, RendererKind, Steps, View};
 pub use skip::{Intervals, NotASkip, Skip};
 pub use transfer_function::{OpacityModel, TransferFunction, TransferFunctionError};

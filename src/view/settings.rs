@@ -1,6 +1,6 @@
 //! Everything of a view that is neither camera nor transfer function.
 
-use super::{Camera, Intervals, Skip, TransferFunction};
+use super::{Camera, Intervals, Isosurfaces, Mode, Output, Shading, Skip, TransferFunction};
 
 /// Which data a picture is made from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -33,6 +33,14 @@ pub struct RenderSettings {
     pub height: u32,
     /// Octree or exact.
     pub renderer: RendererKind,
+    /// What a pixel shows.
+    pub mode: Mode,
+    /// What is written to pixels.
+    pub output: Output,
+    /// Surfaces of equal value, drawn with [`Mode::Composite`] and [`Mode::Iso`].
+    pub isosurfaces: Isosurfaces,
+    /// What is shaded.
+    pub shading: Shading,
     /// Where octree samples lie.
     pub steps: Steps,
     /// The initial step L_s at depth 1 in world units; `None` is half the root's edge. Depth d has `L_s / 2^(d-1)`. With
@@ -42,7 +50,7 @@ pub struct RenderSettings {
     /// has samples at corners and ends at a surface. The field is the same but for rounding.
     pub voxels: bool,
     /// What of a ray is marched. With [`Steps::Paper`] it is all of it: there each sample depends on the one before, from the ray's
-    /// beginning on ([`RenderSettings::skip`]).
+    /// beginning on. So it is for a number ([`RenderSettings::skip`]).
     pub skip: Skip,
     /// Where the intervals come from that some ways to skip need.
     pub intervals: Intervals,
@@ -51,9 +59,26 @@ pub struct RenderSettings {
 }
 
 impl RenderSettings {
-    /// What of a ray is marched, given where samples lie.
+    /// What of a ray is marched, given where samples lie and what is shown: all of it counts for a number.
     pub fn skip(&self) -> Skip {
-        if self.steps == Steps::Paper { Skip::None } else { self.skip }
+        if self.steps == Steps::Paper || self.mode.is_number() { Skip::None } else { self.skip }
+    }
+
+    /// The isosurfaces that are drawn.
+    pub fn surfaces(&self) -> Isosurfaces {
+        if self.mode.is_number() { Isosurfaces::NONE } else { self.isosurfaces }
+    }
+
+    /// Whether the volume is shaded: where it is drawn.
+    pub fn is_volume_shaded(&self) -> bool {
+        self.shading.volume && self.mode == Mode::Composite
+    }
+
+    /// The same for an octree with or without samples at its leaves' corners: without them an isosurface lies between leaves, none of
+    /// which it would make active.
+    pub fn for_octree(&self, is_continuous: bool) -> RenderSettings {
+        let jumps = !is_continuous && !self.surfaces().is_empty();
+        RenderSettings { skip: if jumps { Skip::None } else { self.skip }, ..*self }
     }
 
     /// Whether a GPU samples voxels: they are asked for, or blocks of them are, and steps are of one length.
@@ -67,12 +92,21 @@ impl RenderSettings {
         (self.step_world.map_or(default, |step| step / root_edge) as f32).min(1e6)
     }
 
+    /// The same, with rays that stop at another transmittance; at 0 they go through to their end.
+    pub fn stopping_at(self, min_transmittance: f64) -> Self {
+        RenderSettings { min_transmittance, ..self }
+    }
+
     /// A measured image of this size: octree, leaf by leaf, past what is not seen, stopping at 1/4096.
     pub fn new(width: u32, height: u32) -> Self {
         RenderSettings {
             width,
             height,
             renderer: RendererKind::default(),
+            mode: Mode::default(),
+            output: Output::default(),
+            isosurfaces: Isosurfaces::NONE,
+            shading: Shading::default(),
             steps: Steps::default(),
             step_world: None,
             voxels: false,

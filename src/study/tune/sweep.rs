@@ -176,7 +176,8 @@ impl Sweep<'_> {
         let scene = ExactScene::new(mesh, field, progress)?;
         let picture = |(k, view): (usize, &View)| {
             let frame = view.camera.frame(mesh.center(), view.settings.width, view.settings.height);
-            let image = scene.render(&frame, &view.transfer_function, 0.0, progress)?;
+            let settings = view.settings.stopping_at(0.0);
+            let image = scene.render(&frame, &view.transfer_function, &settings, progress)?;
             let is_seen = image.pixels.iter().any(|p| p[3] > 1.0 / 512.0);
             if is_seen { Ok(image) } else { Err(TuneError::Unseen { view: k }) }
         };

@@ -1,0 +1,203 @@
+//! Flags that say what a pixel shows.
+
+use super::args::{parse_color, parse_not_negative};
+use crate::view::{Isosurface, Isosurfaces, LightSource, Mode, Phong, RenderSettings, Shading};
+use anyhow::{Result, bail};
+use clap::{Args, ValueEnum};
+use glam::DVec3;
+use std::str::FromStr;
+
+/// Mode, isosurfaces, shading.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Mode")]
+pub struct ModeArgs {
+    /// What a pixel shows: composite (the volume, with the isosurfaces there are), iso (these only), mip or minip (the largest or smallest value on the
+    /// ray), xray (the mean of the values on it)
+    #[arg(long, value_name = "composite|iso|mip|minip|xray", default_value = "composite", value_parser = Mode::from_str)]
+    pub mode: Mode,
+    /// With --mode xray: the mean over the ray's length in the data, or the integral (data units x world units)
+    #[arg(long, value_enum, value_name = "mean|integral")]
+    pub xray: Option<XRayArg>,
+    /// Values of isosurfaces, data units, up to 8
+    #[arg(long, value_name = "V,V..", value_delimiter = ',', allow_negative_numbers = true, value_parser = parse_value)]
+    pub iso: Vec<f64>,
+    /// Their opacities, one for all or one for each [default: 1]
+    #[arg(long, value_name = "A,A..", value_delimiter = ',', requires = "iso", value_parser = parse_opacity)]
+    pub iso_opacity: Vec<f32>,
+    /// Their colours, one for all or one for each, linear RGB in [0, 1] [default: the transfer function's]
+    #[arg(long, value_name = "R,G,B:..", value_delimiter = ':', requires = "iso", value_parser = parse_color)]
+    pub iso_color: Vec<[f32; 3]>,
+    /// Shading by the field's gradient [default: phong for isosurfaces, none for the volume]
+    #[arg(long, value_enum)]
+    pub shade: Option<ShadeArg>,
+    /// Where light comes from: the camera, or a direction in the world
+    #[arg(long, value_name = "camera|X,Y,Z", default_value = "camera", allow_hyphen_values = true, value_parser = parse_light)]
+    pub light: LightSource,
+    /// Phong: light from everywhere
+    #[arg(long, value_name = "K_A", default_value_t = f64::from(Phong::default().ambient), value_parser = parse_not_negative)]
+    pub ambient: f64,
+    /// Phong: light scattered by what faces it
+    #[arg(long, value_name = "K_D", default_value_t = f64::from(Phong::default().diffuse), value_parser = parse_not_negative)]
+    pub diffuse: f64,
+    /// Phong: highlight
+    #[arg(long, value_name = "K_S", default_value_t = f64::from(Phong::default().specular), value_parser = parse_not_negative)]
+    pub specular: f64,
+    /// Phong: how small highlights are, from 1
+    #[arg(long, value_name = "N", default_value_t = f64::from(Phong::default().shininess), value_parser = parse_shininess)]
+    pub shininess: f64,
+}
+
+/// Values of `--xray`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum XRayArg {
+    /// Mean.
+    Mean,
+    /// Integral.
+    Integral,
+}
+
+/// Values of `--shade`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ShadeArg {
+    /// Phong's reflection, isosurfaces and volume.
+    Phong,
+    /// Nothing is shaded.
+    None,
+}
+
+impl ModeArgs {
+    /// The mode, with `--xray` counted in.
+    pub fn mode(&self) -> Mode {
+        if self.mode == Mode::Mean && self.xray == Some(XRayArg::Integral) { Mode::Integral } else { self.mode }
+    }
+
+    /// `Err` if flags contradict each other.
+    pub fn check(&self) -> Result<()> {
+        let mode = self.mode();
+        if self.xray.is_some() && !matches!(mode, Mode::Mean | Mode::Integral) {
+            bail!("--xray says what --mode xray shows; the mode is {mode}");
+        }
+        if self.xray == Some(XRayArg::Mean) && mode == Mode::Integral {
+            bail!("--mode {mode} and --xray mean contradict each other");
+        }
+        if mode == Mode::Iso && self.iso.is_empty() {
+            bail!("--mode iso draws surfaces of equal value; say which with --iso V");
+        }
+        if mode.is_number() && !self.iso.is_empty() {
+            bail!("--iso is drawn with --mode composite or iso; the mode is {mode}");
+        }
+        if mode.is_number() && self.shade == Some(ShadeArg::Phong) {
+            bail!("--mode {mode} shows a number of each ray, which is not shaded; --shade phong is for composite and iso");
+        }
+        for (flag, given) in [("--iso-opacity", self.iso_opacity.len()), ("--iso-color", self.iso_color.len())] {
+            if ![0, 1, self.iso.len()].contains(&given) {
+                bail!("{flag} has {given} entries for {} isosurfaces, expected one or one for each", self.iso.len());
+            }
+        }
+        Isosurfaces::new(&self.isosurfaces())?;
+        Ok(())
+    }
+
+    fn isosurfaces(&self) -> Vec<Isosurface> {
+        fn of<T: Copy>(given: &[T], i: usize) -> Option<T> {
+            given.get(i).or(given.first()).copied()
+        }
+        let surface = |(i, &value): (usize, &f64)| Isosurface {
+            value,
+            color: of(&self.iso_color, i),
+            opacity: of(&self.iso_opacity, i).unwrap_or(1.0),
+        };
+        self.iso.iter().enumerate().map(surface).collect()
+    }
+
+    /// What the flags make of settings; they are valid.
+    pub fn settings(&self, settings: RenderSettings) -> RenderSettings {
+        let [ambient, diffuse, specular, shininess] = [self.ambient, self.diffuse, self.specular, self.shininess].map(|k| k as f32);
+        let shading = Shading {
+            volume: self.shade == Some(ShadeArg::Phong),
+            surfaces: self.shade != Some(ShadeArg::None),
+            phong: Phong { ambient, diffuse, specular, shininess, light: self.light },
+        };
+        let isosurfaces = Isosurfaces::new(&self.isosurfaces()).unwrap_or_default();
+        RenderSettings { mode: self.mode(), isosurfaces, shading, ..settings }
+    }
+}
+
+fn parse_value(text: &str) -> Result<f64, String> {
+    super::args::parse_number(text, |_| true, "a number")
+}
+
+fn parse_opacity(text: &str) -> Result<f32, String> {
+    super::args::parse_number(text, |v| (0.0..=1.0).contains(&v), "a number in [0, 1]").map(|v| v as f32)
+}
+
+fn parse_shininess(text: &str) -> Result<f64, String> {
+    super::args::parse_number(text, |v| v >= 1.0, "a number from 1")
+}
+
+fn parse_light(text: &str) -> Result<LightSource, String> {
+    if text == "camera" {
+        return Ok(LightSource::Camera);
+    }
+    let expected = || "expected camera, or a direction X,Y,Z that is not 0".to_owned();
+    let numbers: Vec<f64> = text.split(',').filter_map(|t| t.trim().parse().ok()).collect();
+    let [x, y, z] = numbers[..] else { return Err(expected()) };
+    let direction = DVec3::new(x, y, z);
+    if text.matches(',').count() == 2 && direction.is_finite() && direction != DVec3::ZERO {
+        Ok(LightSource::From(direction))
+    } else {
+        Err(expected())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Flags {
+        #[command(flatten)]
+        mode: ModeArgs,
+    }
+
+    fn settings(flags: &str) -> Result<RenderSettings> {
+        let args = Flags::try_parse_from(std::iter::once("x").chain(flags.split_whitespace()))?.mode;
+        args.check()?;
+        Ok(args.settings(RenderSettings::new(1, 1)))
+    }
+
+    #[test]
+    fn flags_say_what_is_shown() {
+        let plain = settings("").expect("valid");
+        assert_eq!((plain.mode, plain.isosurfaces, plain.shading.volume), (Mode::Composite, Isosurfaces::NONE, false));
+        assert_eq!(settings("--mode xray --xray integral").expect("valid").mode, Mode::Integral);
+        let two = settings("--mode iso --iso 2,-1 --iso-opacity 0.5,1 --iso-color 1,0,0:0,0,1 --light 0,0,-2").expect("valid");
+        let surface = |value, color, opacity| Isosurface { value, color: Some(color), opacity };
+        assert_eq!(two.isosurfaces.iter().collect::<Vec<_>>(), [surface(-1.0, [0.0, 0.0, 1.0], 1.0), surface(2.0, [1.0, 0.0, 0.0], 0.5)]);
+        assert!(two.shading.surfaces && two.shading.phong.light == LightSource::From(DVec3::NEG_Z * 2.0));
+        let phong = settings("--shade phong --specular 0 --shininess 3").expect("valid").shading;
+        assert!(phong.volume && phong.phong.specular == 0.0 && phong.phong.shininess == 3.0);
+    }
+
+    #[test]
+    fn contradictions_are_refused() {
+        for flags in [
+            "--mode iso",
+            "--mode mip --iso 1",
+            "--mode mip --shade phong",
+            "--xray mean",
+            "--mode best",
+            "--iso 1,2,3 --iso-opacity 0.1,0.2",
+            "--iso 1 --iso-opacity 2",
+            "--iso x",
+            "--iso 1,2,3,4,5,6,7,8,9",
+            "--light 0,0,0",
+            "--light 1,2",
+            "--shininess 0.5",
+            "--iso-opacity 1",
+        ] {
+            assert!(settings(flags).is_err(), "{flags}");
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! What a ray makes of the segments on its way, in f64: light, surfaces of equal value, or a number.
+
+use super::integral::Light;
+use super::transfer::{Sample, Transfer};
+use super::{ExactScene, Segment};
+use crate::mesh::Association;
+use crate::view::{Isosurface, LightSource, Mode, Phong, RenderSettings, Shading, TransferFunction};
+use glam::DVec3;
+
+/// What of a ray is no colour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RayNumber {
+    /// Largest, smallest or mean value in data units, or the integral in data units times world units; NaN where there is none.
+    pub value: f64,
+    /// Distance along the ray to the first isosurface, world units; NaN where there is none.
+    pub depth: f64,
+}
+
+/// What all rays of an image share.
+pub(super) struct Look<'a> {
+    scene: &'a ExactScene,
+    transfer: Transfer,
+    mode: Mode,
+    /// Ascending by value, with their colours.
+    surfaces: Vec<(Isosurface, [f64; 3])>,
+    shading: Shading,
+    /// The gradient at which the volume is shaded by half: data units per world unit.
+    gradient_floor: f64,
+    min_transmittance: f64,
+}
+
+/// What a ray has made of its way so far.
+pub(super) struct Gathered<'a> {
+    look: &'a Look<'a>,
+    /// Towards the eye.
+    to_eye: DVec3,
+    pub light: Light,
+    value: f64,
+    length: f64,
+    depth: f64,
+    /// The segment before.
+    last: Option<Segment>,
+}
+
+/// A part of a segment: where it begins and ends, and the values there.
+#[derive(Clone, Copy)]
+struct Part {
+    t: [f64; 2],
+    s: [f64; 2],
+}
+
+impl<'a> Look<'a> {
+    pub fn new(scene: &'a ExactScene, tf: &TransferFunction, settings: &RenderSettings) -> Self {
+        let transfer = if settings.mode == Mode::Integral {
+            let range = tf.range.unwrap_or_else(|| Mode::integral_range(scene.range, scene.diagonal));
+            Transfer::new(&TransferFunction { range: Some(range), ..tf.clone() }, range, scene.diagonal)
+        } else {
+            Transfer::new(tf, scene.range, scene.diagonal)
+        };
+        let colored = |surface: Isosurface| {
+            let own = surface.color.map(|color| color.map(f64::from));
+            (surface, own.unwrap_or_else(|| transfer.sample(transfer.normalize(surface.value)).color))
+        };
+        let surfaces = settings.surfaces().iter().map(colored).collect();
+        let width = scene.range[1] - scene.range[0];
+        let gradient_floor = if scene.diagonal > 0.0 { Shading::GRADIENT_FLOOR * width / scene.diagonal } else { 1.0 };
+        let (mode, shading, min_transmittance) = (settings.mode, settings.shading, settings.min_transmittance);
+        Look { scene, transfer, mode, surfaces, shading, gradient_floor, min_transmittance }
+    }
+}
+
+impl<'a> Gathered<'a> {
+    /// A ray along `direction`, of length 1, before it meets anything.
+    pub fn new(look: &'a Look<'a>, direction: DVec3) -> Self {
+        Gathered { look, to_eye: -direction, light: Light::NONE, value: f64::NAN, length: 0.0, depth: f64::NAN, last: None }
+    }
+
+    /// Passes a segment; whether there may be more to see behind.
+    pub fn pass(&mut self, segment: Segment) -> bool {
+        let Segment { t_in, t_out, s_in, s_out, .. } = segment;
+        match self.look.mode {
+            Mode::Maximum => self.value = self.value.max(s_in).max(s_out),
+            Mode::Minimum => self.value = self.value.min(s_in).min(s_out),
+            Mode::Mean | Mode::Integral => {
+                self.length += t_out - t_in;
+                self.value = if self.value.is_nan() { 0.0 } else { self.value } + 0.5 * (s_in + s_out) * (t_out - t_in);
+            }
+            Mode::Composite | Mode::Iso => self.pass_surfaces(segment),
+        }
+        self.light.transmittance >= self.look.min_transmittance
+    }
+
+    /// Passes a segment, cut at the surfaces in it.
+    fn pass_surfaces(&mut self, segment: Segment) {
+        let surfaces = &self.look.surfaces;
+        let in_order = |rises: bool, k: usize| if rises { k } else { surfaces.len() - 1 - k };
+        let passes = |from: f64, to: f64, i: usize| (from < surfaces[i].0.value) != (to < surfaces[i].0.value);
+        // Values jump at faces where they live on cells.
+        let touches = |last: &Segment| segment.t_in - last.t_out <= 1e-9 * self.look.scene.diagonal;
+        if let Some(last) = self.last.filter(touches) {
+            for k in 0..surfaces.len() {
+                let i = in_order(segment.s_in > last.s_out, k);
+                if passes(last.s_out, segment.s_in, i) {
+                    self.add_surface(i, segment.t_in, self.look.scene.common_face(last.tet, segment.tet));
+                }
+            }
+        }
+        self.last = Some(segment);
+        let Segment { t_in, t_out, s_in, s_out, tet } = segment;
+        let (mut t, mut s) = (t_in, s_in);
+        for k in 0..surfaces.len() {
+            let i = in_order(s_out > s_in, k);
+            if passes(s_in, s_out, i) {
+                let value = surfaces[i].0.value;
+                let hit = (t_in + (t_out - t_in) * ((value - s_in) / (s_out - s_in))).clamp(t, t_out);
+                self.gather(tet, Part { t: [t, hit], s: [s, value] });
+                self.add_surface(i, hit, self.look.scene.gradient(tet));
+                if self.light.transmittance < self.look.min_transmittance {
+                    return;
+                }
+                (t, s) = (hit, value);
+            }
+        }
+        self.gather(tet, Part { t: [t, t_out], s: [s, s_out] });
+    }
+
+    /// Adds the light of a part of a segment in a tet, in which the gradient is the same everywhere.
+    fn gather(&mut self, tet: u32, part: Part) {
+        let Look { transfer, mode, shading, .. } = self.look;
+        if *mode != Mode::Composite || part.t[1] <= part.t[0] {
+            return;
+        }
+        let [front, back] = part.s.map(|s| transfer.normalize(s));
+        let before = self.light;
+        transfer.cut(front, back, part.t[1] - part.t[0], |front, back, length| self.light.add(front, back, length));
+        if shading.volume {
+            let gradient = self.look.scene.gradient(tet);
+            let squared = gradient.length_squared();
+            let (own, white) = self.reflected(&shading.phong, gradient);
+            let share = squared / (squared + self.look.gradient_floor.powi(2));
+            let share = if squared > 0.0 { share } else { 0.0 };
+            let opacity = before.transmittance - self.light.transmittance;
+            for c in 0..3 {
+                let added = self.light.color[c] - before.color[c];
+                self.light.color[c] = before.color[c] + added * (1.0 + share * (own - 1.0)) + opacity * share * white;
+            }
+        }
+    }
+
+    /// Adds a surface that faces along `normal`, of any length.
+    fn add_surface(&mut self, i: usize, t: f64, normal: DVec3) {
+        let (surface, color) = &self.look.surfaces[i];
+        let Shading { surfaces: is_shaded, phong, .. } = &self.look.shading;
+        let (own, white) = if *is_shaded { self.reflected(phong, normal) } else { (1.0, 0.0) };
+        let opacity = f64::from(surface.opacity);
+        for c in 0..3 {
+            self.light.color[c] += self.light.transmittance * opacity * (color[c] * own + white);
+        }
+        self.light.transmittance *= 1.0 - opacity;
+        self.depth = self.depth.min(t);
+    }
+
+    /// How much of its own colour a place that faces along or against `normal` sends to the eye, and how much white (method 4).
+    fn reflected(&self, phong: &Phong, normal: DVec3) -> (f64, f64) {
+        let Some(normal) = normal.try_normalize() else { return (1.0, 0.0) };
+        let to_light = match phong.light {
+            LightSource::Camera => self.to_eye,
+            LightSource::From(direction) => direction.normalize_or_zero(),
+        };
+        let (cos, cos_eye) = (normal.dot(to_light), normal.dot(self.to_eye));
+        let mirrored = 2.0 * cos * normal - to_light;
+        let highlight = mirrored.dot(self.to_eye).clamp(0.0, 1.0);
+        let is_same_side = cos * cos_eye > 0.0;
+        let white = if is_same_side { f64::from(phong.specular) * highlight.powf(f64::from(phong.shininess)) } else { 0.0 };
+        (f64::from(phong.ambient) + f64::from(phong.diffuse) * cos.abs(), white)
+    }
+
+    /// The number of the ray.
+    pub fn number(&self) -> RayNumber {
+        let value = if self.look.mode == Mode::Mean { self.value / self.length } else { self.value };
+        RayNumber { value, depth: self.depth }
+    }
+
+    /// The pixel: linear premultiplied RGBA.
+    pub fn pixel(&self) -> [f32; 4] {
+        if !self.look.mode.is_number() {
+            let Light { color: [r, g, b], transmittance } = self.light;
+            return [r, g, b, 1.0 - transmittance].map(|v| v as f32);
+        }
+        let value = self.number().value;
+        if value.is_nan() {
+            return [0.0; 4];
+        }
+        let Sample { color: [r, g, b], .. } = self.look.transfer.sample(self.look.transfer.normalize(value).clamp(0.0, 1.0));
+        [r, g, b, 1.0].map(|v| v as f32)
+    }
+}
+
+impl ExactScene {
+    /// The gradient in a tet, data units per world unit; 0 where values live on cells or the tet has no volume.
+    fn gradient(&self, tet: u32) -> DVec3 {
+        if self.association() == Association::Cells {
+            return DVec3::ZERO;
+        }
+        let [a, b, c, d] = self.tets[tet as usize].corners.map(|corner| &self.vertices[corner as usize]);
+        let [e, f, g] = [b, c, d].map(|v| v.position - a.position);
+        let [u, v, w] = [b, c, d].map(|v| v.value - a.value);
+        let volume = e.dot(f.cross(g));
+        if volume == 0.0 {
+            return DVec3::ZERO;
+        }
+        (u * f.cross(g) + v * g.cross(e) + w * e.cross(f)) / (volume * self.unit)
+    }
+
+    /// A normal of the face that two tets share; 0 if they do not.
+    fn common_face(&self, first: u32, second: u32) -> DVec3 {
+        let [first, second] = [first, second].map(|tet| self.tets[tet as usize].corners);
+        let common: Vec<DVec3> =
+            first.iter().filter(|corner| second.contains(corner)).map(|&corner| self.vertices[corner as usize].position).collect();
+        let &[a, b, c] = &common[..] else { return DVec3::ZERO };
+        (b - a).cross(c - a)
+    }
+
+    fn association(&self) -> Association {
+        if self.cell_values.is_some() { Association::Cells } else { Association::Points }
+    }
+}
