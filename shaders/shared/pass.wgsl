@@ -60,7 +60,7 @@ fn pass_piece(ray: Ray, piece: Piece, light: ptr<function, Light>) {
     } else if (with_surfaces) {
         pass_surfaces(ray, piece, light);
     } else {
-        gather(ray, piece, light);
+        add_part(ray, piece, light);
     }
 }
 
@@ -93,7 +93,7 @@ fn pass_surfaces(ray: Ray, piece: Piece, light: ptr<function, Light>) {
         if (is_between(front, back, of_surface)) {
             let met = meet(ray, piece, of_surface);
             let t_hit = clamp(met.t, t, piece.span.y);
-            gather(ray, piece_part(piece, vec2<f32>(t, t_hit), vec2<f32>(value, of_surface)), light);
+            add_part(ray, piece_part(piece, vec2<f32>(t, t_hit), vec2<f32>(value, of_surface)), light);
             add_surface(ray, i, Meeting(t_hit, met.gradient), light);
             if ((*light).transmittance < frame.min_transmittance) { return; }
             t = t_hit;
@@ -101,9 +101,9 @@ fn pass_surfaces(ray: Ray, piece: Piece, light: ptr<function, Light>) {
         }
     }
     if (t > piece.span.x) {
-        gather(ray, piece_part(piece, vec2<f32>(t, piece.span.y), vec2<f32>(value, back)), light);
+        add_part(ray, piece_part(piece, vec2<f32>(t, piece.span.y), vec2<f32>(value, back)), light);
     } else {
-        gather(ray, Piece(piece.span, vec2<f32>(value, back), piece.length, piece.gradient), light);
+        add_part(ray, Piece(piece.span, vec2<f32>(value, back), piece.length, piece.gradient), light);
     }
 }
 
@@ -115,7 +115,7 @@ fn piece_part(piece: Piece, span: vec2<f32>, ends: vec2<f32>) -> Piece {
 }
 
 // Adds the light of a piece.
-fn gather(ray: Ray, piece: Piece, light: ptr<function, Light>) {
+fn add_part(ray: Ray, piece: Piece, light: ptr<function, Light>) {
     if (mode != COMPOSITE || piece.length <= 0.0) { return; }
     let before = *light;
     add_light(light, piece.ends.x, piece.ends.y, piece.length);

@@ -3,6 +3,7 @@
 //! ```text
 //! viewer        the window: what is open, what is chosen, what is shown, and what is on its way
 //! panel         the widgets beside the picture
+//! mode          what a pixel shows: light, surfaces, numbers
 //! thresholds    those of the octree, and its numbers
 //! widgets       what they are made of
 //! navigate      mouse and keys to cameras
@@ -15,6 +16,7 @@
 //! ```
 
 mod jobs;
+mod mode;
 mod model;
 mod navigate;
 mod octree_stage;

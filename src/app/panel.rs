@@ -20,6 +20,7 @@ impl Viewer {
         self.file_buttons(ui);
         section(ui, "Field", |ui| self.field(ui));
         section(ui, "Colours", |ui| self.colours(ui));
+        section(ui, "Mode", |ui| self.mode(ui));
         section(ui, "Picture", |ui| self.picture_settings(ui));
         section(ui, "Octree", |ui| self.thresholds(ui));
         section(ui, "Accuracy", |ui| self.accuracy(ui));

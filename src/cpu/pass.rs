@@ -73,7 +73,7 @@ impl Gathered {
                 self.length += piece.length;
             }
             Mode::Composite | Mode::Iso if !scene.style.surfaces().is_empty() => self.pass_surfaces(scene, ray, descent, piece),
-            Mode::Composite => self.gather(scene, ray, piece),
+            Mode::Composite => self.add_part(scene, ray, piece),
             Mode::Iso => {}
         }
     }
@@ -108,7 +108,7 @@ impl Gathered {
             if is_between(front, back, surfaces[i].value) {
                 let found = meet(scene, ray, descent, piece, surfaces[i].value);
                 let t_hit = found.t.clamp(t, end);
-                self.gather(scene, ray, piece.part([t, t_hit], [value, surfaces[i].value]));
+                self.add_part(scene, ray, piece.part([t, t_hit], [value, surfaces[i].value]));
                 self.add_surface(scene, ray, i, t_hit, found.gradient);
                 if self.is_opaque(scene) {
                     return;
@@ -116,11 +116,11 @@ impl Gathered {
                 (t, value) = (t_hit, surfaces[i].value);
             }
         }
-        self.gather(scene, ray, if t > begin { piece.part([t, end], [value, back]) } else { Piece { ends: [value, back], ..piece } });
+        self.add_part(scene, ray, if t > begin { piece.part([t, end], [value, back]) } else { Piece { ends: [value, back], ..piece } });
     }
 
     /// Adds the light of a piece.
-    fn gather(&mut self, scene: &Scene, ray: &Ray, piece: Piece) {
+    fn add_part(&mut self, scene: &Scene, ray: &Ray, piece: Piece) {
         if scene.mode != Mode::Composite || piece.length <= 0.0 {
             return;
         }

@@ -113,7 +113,7 @@ impl<'a> Gathered<'a> {
             if passes(s_in, s_out, i) {
                 let value = surfaces[i].0.value;
                 let hit = (t_in + (t_out - t_in) * ((value - s_in) / (s_out - s_in))).clamp(t, t_out);
-                self.gather(tet, Part { t: [t, hit], s: [s, value] });
+                self.add_part(tet, Part { t: [t, hit], s: [s, value] });
                 self.add_surface(i, hit, self.look.scene.gradient(tet));
                 if self.light.transmittance < self.look.min_transmittance {
                     return;
@@ -121,11 +121,11 @@ impl<'a> Gathered<'a> {
                 (t, s) = (hit, value);
             }
         }
-        self.gather(tet, Part { t: [t, t_out], s: [s, s_out] });
+        self.add_part(tet, Part { t: [t, t_out], s: [s, s_out] });
     }
 
     /// Adds the light of a part of a segment in a tet, in which the gradient is the same everywhere.
-    fn gather(&mut self, tet: u32, part: Part) {
+    fn add_part(&mut self, tet: u32, part: Part) {
         let Look { transfer, mode, shading, .. } = self.look;
         if *mode != Mode::Composite || part.t[1] <= part.t[0] {
             return;

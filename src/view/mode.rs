@@ -183,8 +183,8 @@ impl Default for Phong {
     }
 }
 
-/// What is shaded by Phong's reflection.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+/// What is shaded by Phong's reflection; by default isosurfaces.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shading {
     /// The volume, by the field's gradient. A place counts as facing nothing, and is not shaded, as far as the gradient is small against
     /// [`Shading::GRADIENT_FLOOR`].
@@ -193,6 +193,12 @@ pub struct Shading {
     pub surfaces: bool,
     /// How.
     pub phong: Phong,
+}
+
+impl Default for Shading {
+    fn default() -> Self {
+        Shading { volume: false, surfaces: true, phong: Phong::default() }
+    }
 }
 
 impl Shading {
