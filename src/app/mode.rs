@@ -110,7 +110,8 @@ fn shading(ui: &mut Ui, shading: &mut Shading, mode: Mode, towards_eye: glam::DV
         if mode == Mode::Composite {
             ui.checkbox(&mut shading.volume, "volume").on_hover_text("Phong's reflection by the field's gradient, all along each ray");
         }
-        ui.checkbox(&mut shading.surfaces, "isosurfaces").on_hover_text("Phong's reflection; without it surfaces are flat patches of colour");
+        ui.checkbox(&mut shading.surfaces, "isosurfaces")
+            .on_hover_text("Phong's reflection; without it surfaces are flat patches of colour");
     });
     if !(shading.surfaces || (shading.volume && mode == Mode::Composite)) {
         return;
@@ -119,7 +120,13 @@ fn shading(ui: &mut Ui, shading: &mut Shading, mode: Mode, towards_eye: glam::DV
     rows(ui, "shading", |ui| {
         let mut stays = phong.light != LightSource::Camera;
         let from_here = "It stays where the camera is now";
-        choice(ui, "Light", "Where light comes from", &mut stays, &[(false, "camera", "It follows the camera"), (true, "stays", from_here)]);
+        choice(
+            ui,
+            "Light",
+            "Where light comes from",
+            &mut stays,
+            &[(false, "camera", "It follows the camera"), (true, "stays", from_here)],
+        );
         match (stays, phong.light) {
             (true, LightSource::Camera) => phong.light = LightSource::From(towards_eye),
             (false, _) => phong.light = LightSource::Camera,
