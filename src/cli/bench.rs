@@ -3,7 +3,7 @@
 use super::args::{MeshArgs, OctreeArgs, RawArgs, RendererArg, ViewArgs};
 use super::long_work::with_bar;
 use super::render::say_if_fallen_back;
-use super::skip_table;
+use super::{mode_table, skip_table};
 use crate::image::{Image, psnr};
 use crate::mesh::{ScalarField, TetMesh};
 use crate::octree::{OctreeParams, Preset};
@@ -22,6 +22,7 @@ Examples:
   octetra bench flow.vtu --depths 7,8,9 --repeats 10
   octetra bench flow.vtu --nodes 100000 --depths 9  thresholds that give about this many nodes
   octetra bench scan.nhdr --tf bone.json --skip-table   half-splitting and other ways past empty space, the paper's figures beside
+  octetra bench scan.nhdr --mode-table --size 512x768   frames a second of composite, isosurfaces, MIP and X-ray
 
 Each depth is built by U, V and W. On the paper's two meshes W is chosen so that the node count is the paper's, unless --nodes says
 otherwise. Then come the presets, by tolerance R; --presets leaves the depths out. PSNR is against the exact renderer's picture, 8 bits, over covered pixels.")]
@@ -45,6 +46,9 @@ pub struct BenchCommand {
     /// Instead, ways to skip empty space against each other: the tables of Yu et al. 2016, for this mesh or volume
     #[arg(long, conflicts_with_all = ["depths", "nodes", "presets", "steps", "step", "voxels", "skip", "intervals"])]
     skip_table: bool,
+    /// Instead, frame times in every mode, for this mesh or volume
+    #[arg(long, conflicts_with_all = ["depths", "nodes", "presets", "skip_table", "mode"])]
+    mode_table: bool,
     #[command(flatten)]
     volume: RawArgs,
     /// Builds of each row, and frames of each view
@@ -59,7 +63,10 @@ impl BenchCommand {
         if self.skip_table {
             return skip_table::run(&self.mesh, &self.volume, &self.octree, &self.view, u32::from(self.repeats));
         }
-        ensure!(self.volume.dims.is_none(), "bench measures builds of meshes; with --skip-table it takes volumes");
+        if self.mode_table {
+            return mode_table::run(&self.mesh, &self.volume, &self.octree, &self.view, u32::from(self.repeats));
+        }
+        ensure!(self.volume.dims.is_none(), "bench measures builds of meshes; with --skip-table or --mode-table it takes volumes");
         ensure!(self.octree.max_depth.is_none(), "bench builds the depths that --depths names, not --max-depth");
         let mesh = self.mesh.read()?;
         let field = self.mesh.field(&mesh)?;

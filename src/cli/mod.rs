@@ -7,6 +7,7 @@ mod generate;
 mod info;
 mod long_work;
 mod mode;
+mod mode_table;
 mod regularize;
 mod render;
 mod report;
