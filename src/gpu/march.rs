@@ -86,7 +86,16 @@ impl<'a> Marched<'a> {
         }
     }
 
+    /// The settings as they are taken.
+    fn settings(self, settings: &RenderSettings) -> RenderSettings {
+        match self {
+            Marched::Octree(volume) => settings.for_octree(volume.continuous),
+            Marched::Exact(_) => *settings,
+        }
+    }
+
     fn variant(self, settings: &RenderSettings) -> Variant {
+        let settings = &self.settings(settings);
         let with_surfaces = !settings.surfaces().is_empty();
         Variant {
             through: self.through(settings),
@@ -206,10 +215,7 @@ impl Marcher {
 
         let (cube_min, cube_edge, depth) = volume.cube();
         let table = classifier.table(cube_edge);
-        let settings = &match volume {
-            Marched::Octree(volume) => settings.for_octree(volume.continuous),
-            Marched::Exact(_) => *settings,
-        };
+        let settings = &volume.settings(settings);
         let style = Style::new(settings, classifier, cube_edge);
         let variant = volume.variant(settings);
         let (mut given, mut words) = (Given::default(), None);
@@ -317,8 +323,25 @@ impl Marcher {
     }
 
     fn pipeline(&self, device: &wgpu::Device, variant: Variant) -> wgpu::ComputePipeline {
-        let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        pipelines.entry(variant).or_insert_with(|| pipeline(device, self.layout(variant), variant)).clone()
+        let made = || self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(pipeline) = made().get(&variant) {
+            return pipeline.clone();
+        }
+        // Compiling takes long: nobody who wants another one waits.
+        let pipeline = pipeline(device, self.layout(variant), variant);
+        made().entry(variant).or_insert(pipeline).clone()
+    }
+
+    /// Whether a march with these settings can begin at once: its shaders are compiled.
+    pub fn is_ready<'a>(&self, volume: impl Into<Marched<'a>>, settings: &RenderSettings) -> bool {
+        let variant = volume.into().variant(settings);
+        self.pipelines.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&variant)
+    }
+
+    /// Compiles the shaders of marches with these settings, which may take a second: on another thread than the one that draws.
+    pub fn prepare<'a>(&self, context: &Context, volume: impl Into<Marched<'a>>, settings: &RenderSettings) -> Result<(), GpuError> {
+        let variant = volume.into().variant(settings);
+        context.scoped(|| drop(self.pipeline(&context.device, variant)))
     }
 }
 

@@ -221,6 +221,17 @@ impl Renderer {
         }
     }
 
+    /// Whether [`Renderer::march`] of this view can begin at once; else its shaders are to be compiled ([`Renderer::prepare`]).
+    pub fn is_ready(&self, scene: &Scene, view: &View) -> bool {
+        self.on_device(scene).is_none_or(|(gpu, marched, _)| gpu.marcher.is_ready(marched, &view.settings))
+    }
+
+    /// Compiles the shaders that this view needs, on whatever thread it is called.
+    pub fn prepare(&self, scene: &Scene, view: &View) -> Result<(), RenderError> {
+        let Some((gpu, marched, _)) = self.on_device(scene) else { return Ok(()) };
+        Ok(gpu.marcher.prepare(&gpu.context, marched, &view.settings)?)
+    }
+
     /// Starts the march of the view's rows from `first_row` on, as many as `target` has, and waits for nothing. The target must have the
     /// view's width. `None` if the scene is not on the device: [`Renderer::render`] draws it.
     pub fn march(&self, scene: &Scene, view: &View, first_row: u32, target: &Target) -> Result<Option<InFlight>, RenderError> {
