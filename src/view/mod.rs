@@ -3,6 +3,8 @@
 mod camera;
 mod cube_rays;
 mod orbit;
+mod poses;
+mod projected;
 mod settings;
 mod skip;
 mod transfer_function;
