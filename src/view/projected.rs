@@ -82,12 +82,8 @@ mod tests {
 
     #[test]
     fn segments_end_before_the_eye() {
-        let camera = Camera {
-            eye: DVec3::ZERO,
-            target: DVec3::X,
-            up: DVec3::Z,
-            projection: Projection::Perspective { fov_y_degrees: 90.0 },
-        };
+        let camera =
+            Camera { eye: DVec3::ZERO, target: DVec3::X, up: DVec3::Z, projection: Projection::Perspective { fov_y_degrees: 90.0 } };
         let [a, b] = camera.seen_segment([DVec3::new(2.0, 1.0, 0.0), DVec3::new(-2.0, 1.0, 1.0)]).expect("half of it");
         assert!(a.distance(DVec2::new(-0.25, 0.0)) < 1e-12, "to the left, a quarter of the height: {a}");
         assert!((b.x / b.y + 2.0).abs() < 1e-5 && b.x < -1e4, "towards where the segment passes beside the eye: {b}");
