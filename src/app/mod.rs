@@ -4,8 +4,14 @@
 //! viewer        the window: what is open, what is chosen, what is shown, and what is on its way
 //! panel         the widgets beside the picture
 //! thresholds    those of the octree, and its numbers
+//! camera_panel  the camera's buttons, clipboard and files
+//! furniture     what is around and behind the picture
+//! help          the sheet of keys
 //! widgets       what they are made of
-//! navigate      mouse and keys to cameras
+//! keys          what keys do: one table
+//! actions       doing it
+//! navigate      mouse to cameras
+//! history       what was chosen before
 //! settings      what the user has chosen
 //! octree_stage  the octree: being built, built, measured
 //! model         the long work: opening, regularizing, measuring, exact pictures, saving
@@ -14,7 +20,13 @@
 //! viewport      the picture on the GPU
 //! ```
 
+mod actions;
+mod camera_panel;
+mod furniture;
+mod help;
+mod history;
 mod jobs;
+pub mod keys;
 mod model;
 mod navigate;
 mod octree_stage;
