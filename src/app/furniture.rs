@@ -105,21 +105,23 @@ impl Viewer {
         ui.checkbox(&mut look.saves_furniture, "Furniture in screenshots")
             .on_hover_text("Draw scalar bar, axes and box into screenshots, too, as far as they are shown");
         rows(ui, "look", |ui| {
-            ui.label("Background").on_hover_text("What lies behind the picture, in the window and in screenshots");
-            ui.horizontal(|ui| {
-                for (backdrop, name, text) in [
+            choice(
+                ui,
+                "Background",
+                "What lies behind the picture, in the window and in screenshots",
+                &mut look.backdrop,
+                &[
                     (Backdrop::Black, "black", "Colours as the transfer function has them"),
                     (Backdrop::Grey, "grey", "Dark and bright parts both stand out"),
                     (Backdrop::White, "white", "For paper"),
                     (Backdrop::Custom, "own", "A colour of your own"),
-                ] {
-                    ui.selectable_value(&mut look.backdrop, backdrop, name).on_hover_text(text);
-                }
-                if look.backdrop == Backdrop::Custom {
-                    ui.color_edit_button_srgb(&mut look.custom).on_hover_text("Choose the colour");
-                }
-            });
-            ui.end_row();
+                ],
+            );
+            if look.backdrop == Backdrop::Custom {
+                ui.label("Its colour");
+                ui.color_edit_button_srgb(&mut look.custom).on_hover_text("Choose the background's colour");
+                ui.end_row();
+            }
             let mut theme = ui.ctx().options(|options| options.theme_preference);
             let before = theme;
             let text = tip("Colours of the window around the picture", Action::Theme);

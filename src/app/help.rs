@@ -18,6 +18,7 @@ impl Viewer {
         let sheet = egui::Window::new("Keys and mouse").open(&mut is_open).collapsible(false).resizable(false);
         // As high as the window allows, the rest is scrolled to.
         let height = (ctx.viewport_rect().height() - 90.0).max(120.0);
+        let sheet = sheet.default_size([660.0, height]);
         sheet.anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO).show(ctx, |ui| {
             egui::ScrollArea::vertical().max_height(height).show(ui, |ui| {
                 ui.horizontal_top(|ui| {

@@ -215,22 +215,49 @@ pub fn tip(text: &str, action: Action) -> String {
 /// What the keys of this frame ask for, in their order. While a text is typed there is nothing; while another widget has the keyboard's
 /// attention, the keys that move its value are its own.
 pub fn pressed(ctx: &egui::Context) -> Vec<Action> {
+    let events = ctx.input(|input| input.events.clone());
+    let repeats: Vec<bool> = events.iter().map(|event| is_repeat(ctx, event)).collect();
     if ctx.text_edit_focused() {
         return Vec::new();
     }
     let is_taken = ctx.egui_wants_keyboard_input();
-    let action = |event: &Event| match *event {
+    let action = |(event, is_repeat): (&Event, bool)| match *event {
         // Systems have their own events for these, unless a text is marked for copying.
         Event::Copy if !ctx.plugin::<egui::text_selection::LabelSelectionState>().lock().has_selection() => Some(Action::CopyCamera),
-        Event::Key { key, pressed: true, repeat, modifiers, .. } => {
+        Event::Key { key, pressed: true, modifiers, .. } => {
             let is_meant = |chord: &&Chord| chord.is(key, modifiers) && !(is_taken && chord.is_widgets());
             let binding = all().find(|binding| binding.chords.iter().any(|chord| is_meant(&chord)))?;
-            (!repeat || binding.action.repeats()).then_some(binding.action)
+            (!is_repeat || binding.action.repeats()).then_some(binding.action)
         }
         _ => None,
     };
-    let events = ctx.input(|input| input.events.clone());
-    events.iter().filter_map(action).collect()
+    events.iter().zip(&repeats).filter_map(|(event, &is_repeat)| action((event, is_repeat))).collect()
+}
+
+/// Physical keys that are down.
+#[derive(Clone, Default)]
+struct Down(Vec<Key>);
+
+/// Whether a press comes from a key that was down already. egui would say so forever of a `?` whose Shift was released first, for then it
+/// is a `/` that goes up.
+fn is_repeat(ctx: &egui::Context, event: &Event) -> bool {
+    ctx.data_mut(|data| {
+        let Down(down) = data.get_temp_mut_or_default::<Down>(egui::Id::unique("keys that are down"));
+        match *event {
+            Event::Key { physical_key: Some(key), pressed, .. } => {
+                let was_down = down.contains(&key);
+                down.retain(|other| *other != key);
+                down.extend(pressed.then_some(key));
+                pressed && was_down
+            }
+            Event::WindowFocused(false) => {
+                down.clear();
+                false
+            }
+            Event::Key { repeat, .. } => repeat,
+            _ => false,
+        }
+    })
 }
 
 /// A text that was pasted into no text field.
@@ -275,6 +302,22 @@ mod tests {
         assert_eq!(names.len(), count);
         let held = Modifiers { alt: true, ..Modifiers::NONE };
         assert_eq!(actions(vec![Event::Key { key: Key::R, physical_key: None, pressed: true, repeat: false, modifiers: held }]), []);
+    }
+
+    #[test]
+    fn a_question_mark_whose_shift_goes_up_first_can_be_typed_again() {
+        let ctx = egui::Context::default();
+        let mut asked = 0;
+        let event = |key, pressed| Event::Key { key, physical_key: Some(Key::Slash), pressed, repeat: false, modifiers: Modifiers::SHIFT };
+        for (key, pressed) in [(Key::Questionmark, true), (Key::Slash, false), (Key::Questionmark, true), (Key::Questionmark, true)] {
+            let input = egui::RawInput { events: vec![event(key, pressed)], ..Default::default() };
+            ctx.run_ui(input, |ui| asked += pressed_help(ui.ctx())).drop_without_applying_deltas();
+        }
+        assert_eq!(asked, 2, "the last press is a repeat");
+    }
+
+    fn pressed_help(ctx: &egui::Context) -> usize {
+        pressed(ctx).iter().filter(|action| **action == Action::Help).count()
     }
 
     #[test]

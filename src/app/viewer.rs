@@ -218,6 +218,11 @@ impl Viewer {
         self.settings.look.parts
     }
 
+    /// Shows these pieces of furniture, as their checkboxes do.
+    pub fn set_parts(&mut self, parts: Parts) {
+        self.settings.look.parts = parts;
+    }
+
     /// The line at the bottom of the window.
     pub fn status(&self) -> &str {
         &self.status.text
