@@ -61,6 +61,12 @@ pub fn draw(drawing: &mut Drawing, size: DVec2, title: &str, tf: &TransferFuncti
     let height = max.y - min.y;
     let y = |x: f64| max.y - height * x;
 
+    // Where fills meet within a pixel, what is below would show through.
+    for &[x, r, g, b] in tf.color.iter().filter(|c| c[0] > 0.0 && c[0] < 1.0) {
+        let color = [r as f32, g as f32, b as f32, 1.0];
+        let (min, max) = (DVec2::new(min.x, y(x) - 1.0), DVec2::new(max.x, y(x) + 1.0));
+        drawing.front.push(Shape::Fill { min, max, top: color, bottom: color });
+    }
     // The colours, from one knot to the next.
     for pair in colors(tf).windows(2).filter(|pair| pair[1][0] > pair[0][0]) {
         let color = |c: [f64; 4]| [c[1] as f32, c[2] as f32, c[3] as f32, 1.0];
@@ -151,6 +157,7 @@ mod tests {
             .front
             .iter()
             .filter_map(|s| if let Shape::Fill { min, max, top, bottom } = s { Some((min.y, max.y, *top, *bottom)) } else { None })
+            .filter(|(top, bottom, ..)| bottom - top > 2.5) // less lies under the seams
             .collect();
         let (red, green, blue) = ([1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]);
         assert_eq!(fills, [(260.0, 300.0, red, red), (180.0, 260.0, green, red), (100.0, 180.0, blue, blue)]);

@@ -93,20 +93,21 @@ pub fn draw(drawing: &mut Drawing, size: DVec2, camera: &Camera, bounds: Aabb, m
             }
             drawing.front.push(Shape::Line { from: at, to: at + outward * TICK, width: 1.0, color: drawing.faint(0.9) });
             let text = at + outward * AWAY;
-            if put(drawing, &mut taken, text, anchor, tick.label.clone()) {
+            if put(drawing, size, &mut taken, text, anchor, tick.label.clone()) {
                 widest = widest
                     .max(text_place(text, anchor, LABEL, &tick.label).map(|p| (p - text).dot(outward)).into_iter().fold(0.0, f64::max));
             }
         }
         let name = ["x", "y", "z"][axis].to_owned();
-        put(drawing, &mut taken, (from + to) / 2.0 + outward * (AWAY + widest + 8.0), anchor, name);
+        put(drawing, size, &mut taken, (from + to) / 2.0 + outward * (AWAY + widest + 8.0), anchor, name);
     }
 }
 
-/// Writes a text if its place is free, which then is taken.
-fn put(drawing: &mut Drawing, taken: &mut Vec<[DVec2; 2]>, at: DVec2, anchor: Anchor, text: String) -> bool {
+/// Writes a text if its place is in the picture and free; then it is taken.
+fn put(drawing: &mut Drawing, size: DVec2, taken: &mut Vec<[DVec2; 2]>, at: DVec2, anchor: Anchor, text: String) -> bool {
     let place = text_place(at, anchor, LABEL, &text);
-    let is_free = taken.iter().all(|other| !overlap(place, *other));
+    let is_inside = place[0].cmpge(DVec2::ZERO).all() && place[1].cmple(size).all();
+    let is_free = is_inside && taken.iter().all(|other| !overlap(place, *other));
     if is_free {
         drawing.front.push(drawing.text(at, anchor, LABEL, text));
         taken.push(place);
