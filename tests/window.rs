@@ -213,6 +213,14 @@ fn every_key_does_what_the_table_says() {
                 }
                 Action::CopyCamera => {
                     assert!(window.state().status().contains("clipboard"), "{what}: {}", window.state().status());
+                    window.event(egui::Event::Copy); // as systems say it
+                    window.step();
+                    let text = |command: &egui::OutputCommand| match command {
+                        egui::OutputCommand::CopyText(text) => Some(text.clone()),
+                        _ => None,
+                    };
+                    let copied = window.output().platform_output.commands.iter().find_map(text).expect("a text");
+                    assert_eq!(serde_json::from_str::<Camera>(&copied).expect("a camera"), after, "{what}");
                 }
                 Action::Open
                 | Action::UndoSettings

@@ -270,16 +270,19 @@ mod tests {
     use super::super::navigate::{DRAGS, MORE, button_name};
     use super::*;
 
-    fn actions(events: Vec<Event>) -> Vec<Action> {
+    /// What the last of some frames asks for.
+    fn actions(frames: Vec<Vec<Event>>) -> Vec<Action> {
         let ctx = egui::Context::default();
         let mut found = Vec::new();
-        let output = ctx.run_ui(egui::RawInput { events, ..Default::default() }, |ui| found = pressed(ui.ctx()));
-        output.drop_without_applying_deltas();
+        for events in frames {
+            let output = ctx.run_ui(egui::RawInput { events, ..Default::default() }, |ui| found = pressed(ui.ctx()));
+            output.drop_without_applying_deltas();
+        }
         found
     }
 
-    fn press(chord: Chord, repeat: bool) -> Event {
-        Event::Key { key: chord.key, physical_key: None, pressed: true, repeat, modifiers: chord.modifiers() }
+    fn press(chord: Chord) -> Event {
+        Event::Key { key: chord.key, physical_key: None, pressed: true, repeat: false, modifiers: chord.modifiers() }
     }
 
     #[test]
@@ -287,8 +290,8 @@ mod tests {
         let mut names = Vec::new();
         for binding in all() {
             for &chord in binding.chords {
-                assert_eq!(actions(vec![press(chord, false)]), [binding.action], "{}", chord.name());
-                let again = actions(vec![press(chord, true)]);
+                assert_eq!(actions(vec![vec![press(chord)]]), [binding.action], "{}", chord.name());
+                let again = actions(vec![vec![press(chord)], vec![press(chord)]]);
                 assert_eq!(again.len(), usize::from(binding.action.repeats()), "{} held down", chord.name());
                 names.push(chord.name());
             }
@@ -298,7 +301,8 @@ mod tests {
         names.dedup();
         assert_eq!(names.len(), count);
         let held = Modifiers { alt: true, ..Modifiers::NONE };
-        assert_eq!(actions(vec![Event::Key { key: Key::R, physical_key: None, pressed: true, repeat: false, modifiers: held }]), []);
+        let with_alt = Event::Key { key: Key::R, physical_key: None, pressed: true, repeat: false, modifiers: held };
+        assert_eq!(actions(vec![vec![with_alt]]), []);
     }
 
     #[test]
@@ -329,7 +333,7 @@ mod tests {
 
     #[test]
     fn copying_is_an_event_of_its_own_and_tips_quote_the_table() {
-        assert_eq!(actions(vec![Event::Copy]), [Action::CopyCamera]);
+        assert_eq!(actions(vec![vec![Event::Copy]]), [Action::CopyCamera]);
         assert_eq!(tip("Redo", Action::RedoSettings), "Redo (Ctrl+Y, Ctrl+Shift+Z)");
     }
 }
