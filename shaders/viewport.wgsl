@@ -1,5 +1,5 @@
 // Stage: viewport. Puts the marched image into the window: texel for pixel at the same size, linearly in between at another. The window's
-// target is display-encoded already, so values are written as they are, over black.
+// target is display-encoded already, so values are written as they are, premultiplied, over what was painted before.
 
 @group(0) @binding(0) var image: texture_2d<f32>;
 
@@ -16,8 +16,8 @@ fn cover(@builtin(vertex_index) index: u32) -> Corner {
     return Corner(vec4<f32>(at.x * 2.0 - 1.0, 1.0 - at.y * 2.0, 0.0, 1.0), at);
 }
 
-fn texel(at: vec2<i32>, size: vec2<i32>) -> vec3<f32> {
-    return textureLoad(image, clamp(at, vec2<i32>(0), size - 1), 0).rgb;
+fn texel(at: vec2<i32>, size: vec2<i32>) -> vec4<f32> {
+    return textureLoad(image, clamp(at, vec2<i32>(0), size - 1), 0);
 }
 
 @fragment
@@ -32,5 +32,5 @@ fn show(corner: Corner) -> @location(0) vec4<f32> {
     let low = vec2<i32>(first);
     let upper = mix(texel(low, size), texel(low + vec2<i32>(1, 0), size), weight.x);
     let lower = mix(texel(low + vec2<i32>(0, 1), size), texel(low + vec2<i32>(1, 1), size), weight.x);
-    return vec4<f32>(mix(upper, lower, weight.y), 1.0);
+    return mix(upper, lower, weight.y);
 }

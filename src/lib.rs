@@ -26,7 +26,7 @@
 //!
 //! 1. [`geometry`], [`progress`]
 //! 2. [`mesh`], [`volume`], [`view`], [`image`]
-//! 3. [`optics`], [`format`](mod@format), [`octree`], [`exact`]
+//! 3. [`optics`], [`format`](mod@format), [`octree`], [`exact`], [`furniture`]
 //! 4. [`cpu`], [`gpu`], [`compare`]
 //! 5. [`render`]
 //! 6. [`study`]
@@ -71,6 +71,7 @@ pub mod compare;
 pub mod cpu;
 pub mod exact;
 pub mod format;
+pub mod furniture;
 pub mod geometry;
 pub mod gpu;
 pub mod image;

@@ -242,3 +242,26 @@ fn wrong_usage_has_its_own_status() {
         assert_eq!(octetra(folder.path(), args).status.code(), Some(2), "{args:?}");
     }
 }
+
+#[test]
+fn furniture_stands_in_the_picture_and_not_in_the_raw_image() {
+    let folder = folder();
+    let shot = |name: &str, more: &[&str]| {
+        let raw = name.replace(".png", ".npy");
+        done(folder.path(), &[&["render", "--preset", "fast", "--size", "300x200", "-o", name, "--raw", &raw], more].concat());
+        let pixels = image::open(folder.path().join(name)).expect("a PNG").into_rgb8();
+        (pixels, octetra::image::read_npy(&folder.path().join(&raw)).expect("NPY"))
+    };
+    let (plain, raw) = shot("plain.png", &["--device", "cpu"]);
+    let (furnished, same) = shot("all.png", &["--device", "cpu", "--furniture", "all"]);
+    assert_eq!(raw, same);
+    // The bar ends 16 pixels from the right side; it is 100 of 200 pixels high and has the knots' colours at its ends.
+    let at = |x: u32, y: u32| furnished.get_pixel(x, y).0;
+    let (top, bottom) = (at(277, 52), at(277, 147));
+    assert!(top[0] > 220 && top[2] < 30 && bottom[2] > 140 && bottom[0] < 40, "{top:?}, {bottom:?}");
+    let changed = plain.pixels().zip(furnished.pixels()).filter(|(a, b)| a != b).count();
+    assert!((2000..20_000).contains(&changed), "{changed} pixels");
+    let wrong = octetra(folder.path(), &["render", "--furniture", "bar,legs"]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&wrong.stderr).contains("bar, axes, box"));
+}

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const LAYERS: [&[&str]; 8] = [
     &["geometry", "progress"],
     &["mesh", "volume", "view", "image"],
-    &["optics", "format", "octree", "exact"],
+    &["optics", "format", "octree", "exact", "furniture"],
     &["cpu", "gpu", "compare"],
     &["render"],
     &["study"],

@@ -6,7 +6,6 @@ mod meshes;
 use glam::DVec3;
 use meshes::{Random, add_grid, mesh, point_field};
 use octetra::format::read_mesh;
-use octetra::geometry::Placed;
 use octetra::image::{Image, ImageFile, psnr, read_image};
 use octetra::mesh::{Association, FieldSelection, MeshParts, ScalarField, TetMesh};
 use octetra::octree::{OctreeParams, OctreeTexture, Preset, Reconstruction, regularize, regularize_grid};

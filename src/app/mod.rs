@@ -5,8 +5,14 @@
 //! panel         the widgets beside the picture
 //! mode          what a pixel shows: light, surfaces, numbers
 //! thresholds    those of the octree, and its numbers
+//! camera_panel  the camera's buttons, clipboard and files
+//! furniture     what is around and behind the picture
+//! help          the sheet of keys
 //! widgets       what they are made of
-//! navigate      mouse and keys to cameras
+//! keys          what keys do: one table
+//! actions       doing it
+//! navigate      mouse to cameras
+//! history       what was chosen before
 //! settings      what the user has chosen
 //! octree_stage  the octree: being built, built, measured
 //! model         the long work: opening, regularizing, measuring, exact pictures, saving
@@ -15,7 +21,13 @@
 //! viewport      the picture on the GPU
 //! ```
 
+mod actions;
+mod camera_panel;
+mod furniture;
+mod help;
+mod history;
 mod jobs;
+pub mod keys;
 mod mode;
 mod model;
 mod navigate;

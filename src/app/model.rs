@@ -232,10 +232,19 @@ pub fn draw_exact(
     Ok(())
 }
 
-/// Draws a scene as `octetra render` would and writes it to the first free `NAME_00.png`, `NAME_01.png`, ... of a folder.
-pub fn save_picture(renderer: &Renderer, scene: &Scene, view: &View, folder: &Path, name: &str, progress: &Progress) -> Result<PathBuf> {
-    let image: Image = renderer.render(scene, view, progress)?.image;
+/// Draws a scene as `octetra render` would and writes it to the first free `NAME_00.png`, `NAME_01.png`, ... of a folder. `finish` paints
+/// what belongs over the picture and says what lies behind it.
+pub fn save_picture(
+    renderer: &Renderer,
+    scene: &Scene,
+    view: &View,
+    finish: impl FnOnce(&mut Image) -> Background,
+    (folder, name): (&Path, &str),
+    progress: &Progress,
+) -> Result<PathBuf> {
+    let mut image: Image = renderer.render(scene, view, progress)?.image;
+    let background = finish(&mut image);
     let path = (0..).map(|n| folder.join(format!("{name}_{n:02}.png"))).find(|path| !path.exists()).expect("numbers do not end");
-    write_png(&path, &image, Background::Color([0.0; 3]))?;
+    write_png(&path, &image, background)?;
     Ok(path)
 }

@@ -1,7 +1,7 @@
 //! The widgets beside the picture.
 
+use super::keys::{Action, tip};
 use super::model::Data;
-use super::navigate::AXES;
 use super::settings::{Transfer, component_label};
 use super::viewer::Viewer;
 use super::widgets::{choice, combo, mebibytes, number, numbers, row, rows, section, significant, thousands};
@@ -25,7 +25,8 @@ impl Viewer {
         section(ui, "Octree", |ui| self.thresholds(ui));
         section(ui, "Accuracy", |ui| self.accuracy(ui));
         section(ui, "Size", |ui| self.size(ui));
-        section(ui, "Camera", |ui| self.camera(ui));
+        section(ui, "Camera", |ui| self.camera_section(ui));
+        section(ui, "Around the picture", |ui| self.look_section(ui));
         match self.document.data.clone() {
             Data::Mesh(mesh) => section(ui, "Mesh", |ui| mesh_numbers(ui, &mesh)),
             Data::Volume(grid) => section(ui, "Volume", |ui| volume_numbers(ui, &grid)),
@@ -35,13 +36,20 @@ impl Viewer {
 
     fn file_buttons(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
-            if ui.button("Open...").on_hover_text("Open another mesh or volume (Ctrl+O), or drop a file on the window").clicked() {
+            if ui.button("Open...").on_hover_text(tip("Open another mesh or volume, or drop a file on the window", Action::Open)).clicked()
+            {
                 self.choose_file(&ui.ctx().clone());
             }
-            if ui.button("Screenshot").on_hover_text("Write the picture to a PNG in the current folder (S)").clicked() {
+            if ui.button("Screenshot").on_hover_text(tip("Write the picture to a PNG in the current folder", Action::Screenshot)).clicked()
+            {
                 self.save_picture(&ui.ctx().clone());
             }
             ui.add(egui::Label::new(RichText::new(&self.document.name).strong()).truncate());
+        });
+        ui.horizontal(|ui| {
+            self.button(ui, "Undo", "Take the last change of a setting back; the camera has its own undo", Action::UndoSettings);
+            self.button(ui, "Redo", "Change it again", Action::RedoSettings);
+            self.button(ui, "Keys", "What keys and mouse do", Action::Help);
         });
     }
 
@@ -145,25 +153,6 @@ impl Viewer {
         if kind != self.settings.render.renderer {
             self.draw_with(kind);
         }
-    }
-
-    fn camera(&mut self, ui: &mut Ui) {
-        ui.horizontal(|ui| {
-            ui.spacing_mut().item_spacing.x = 4.0;
-            ui.spacing_mut().button_padding.x = 5.0;
-            if ui.button("Fit").on_hover_text("Show all from this direction (R)").clicked() {
-                self.fit();
-            }
-            if ui.button("Start").on_hover_text("The first view").clicked() {
-                self.settings.camera = self.opening;
-            }
-            for (index, (name, _, forward, up)) in AXES.into_iter().enumerate() {
-                if ui.button(name).on_hover_text(format!("Look along {name} ({})", index + 1)).clicked() {
-                    self.face(forward, up);
-                }
-            }
-        });
-        ui.weak("Drag: left rotates, middle pans, right zooms. The wheel zooms to the pointer.");
     }
 }
 

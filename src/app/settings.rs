@@ -1,5 +1,6 @@
 //! What the user has chosen.
 
+use super::furniture::Look;
 use crate::mesh::{Component, FieldSelection};
 use crate::octree::OctreeParams;
 use crate::view::{Camera, RenderSettings, TransferFunction, View};
@@ -17,6 +18,8 @@ pub struct Settings {
     pub transfer: Transfer,
     /// Renderer, steps and quality; the size is the viewport's.
     pub render: RenderSettings,
+    /// What is around and behind the picture.
+    pub look: Look,
 }
 
 /// A transfer function and what the window changes of it.

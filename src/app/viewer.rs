@@ -1,5 +1,8 @@
 //! The window: what is open, what is chosen, what is shown, and what is on its way.
 
+use super::actions::Histories;
+use super::camera_panel::CameraJob;
+use super::furniture::{self, Look};
 use super::jobs::{Job, Polled, outcome};
 use super::model::{self, Data, Document, ExactStep};
 use super::navigate;
@@ -9,15 +12,16 @@ use super::settings::{Settings, Transfer};
 use super::viewport::Viewport;
 use super::{Options, title};
 use crate::format::FORMATS;
+use crate::furniture::{Part, Parts, paint};
 use crate::geometry::Placed;
 use crate::gpu::FrameTime;
+use crate::image::{Background, Image};
 use crate::mesh::FieldSelection;
 use crate::octree::{ErrorBound, OctreeParams, Unmet};
 use crate::render::{Renderer, Scene};
 use crate::study::FieldError;
 use crate::view::{Camera, RenderSettings, RendererKind, View};
 use anyhow::{Context, Result};
-use egui::Key;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -35,6 +39,9 @@ pub struct Viewer {
     pub(super) octree: OctreeStage,
     pub(super) viewport: Viewport,
     pub(super) opening: Camera,
+    pub(super) histories: Histories,
+    pub(super) help_is_open: bool,
+    pub(super) camera_job: Option<CameraJob>,
     exact: ExactStage,
     /// The views that the pictures of octree and mesh were marched for; `None` if the scene is another since.
     shown: [Option<View>; 2],
@@ -125,10 +132,14 @@ impl Viewer {
             camera: options.view.camera,
             transfer: Transfer::new(options.view.transfer_function),
             render: RenderSettings { min_transmittance: 1.0 / 512.0, ..options.view.settings },
+            look: Look::default(),
         };
         Ok(Viewer {
             document: Document { name: options.name, data: Data::of(&options.subject), field },
             opening: settings.camera,
+            histories: Histories::new(&settings),
+            help_is_open: false,
+            camera_job: None,
             octree: OctreeStage::new(options.error),
             exact: ExactStage::default(),
             shown: [None, None],
@@ -192,6 +203,26 @@ impl Viewer {
         self.settings.params = params;
     }
 
+    /// From where the picture is seen.
+    pub fn camera(&self) -> Camera {
+        self.settings.camera
+    }
+
+    /// Sees it from elsewhere, as navigating does.
+    pub fn set_camera(&mut self, camera: Camera) {
+        self.settings.camera = camera;
+    }
+
+    /// What of the furniture is shown.
+    pub fn parts(&self) -> Parts {
+        self.settings.look.parts
+    }
+
+    /// Shows these pieces of furniture, as their checkboxes do.
+    pub fn set_parts(&mut self, parts: Parts) {
+        self.settings.look.parts = parts;
+    }
+
     /// The line at the bottom of the window.
     pub fn status(&self) -> &str {
         &self.status.text
@@ -220,7 +251,14 @@ impl Viewer {
     pub(super) fn save_picture(&mut self, ctx: &egui::Context) {
         let view = self.exact_view();
         let (renderer, folder, name) = (self.renderer.clone(), self.folder.clone(), self.document.name.clone());
-        let save = move |scene: &Scene, progress: &_| model::save_picture(&renderer, scene, &view, &folder, &name, progress);
+        let (look, scale) = (self.settings.look, f64::from(ctx.pixels_per_point()));
+        let parts = if look.saves_furniture { look.parts.with(Part::Time, false) } else { Parts::NONE };
+        let drawing = self.furniture(egui::vec2(self.size[0] as f32, self.size[1] as f32) / ctx.pixels_per_point(), parts);
+        let finish = move |image: &mut Image| {
+            paint(image, &drawing, scale);
+            Background::Color(look.background_rgb())
+        };
+        let save = move |scene: &Scene, progress: &_| model::save_picture(&renderer, scene, &view, finish, (&folder, &name), progress);
         let job = match (self.kind(), self.octree.model.clone(), self.exact.scene.clone()) {
             (RendererKind::Octree, Some(model), _) => Job::start(ctx, move |progress, results| results.give(save(&model.scene, progress))),
             (RendererKind::Exact, _, Some((_, scene))) => Job::start(ctx, move |progress, results| results.give(save(&scene, progress))),
@@ -245,11 +283,11 @@ impl Viewer {
         self.status.is_error
     }
 
-    fn say(&mut self, text: impl Into<String>) {
+    pub(super) fn say(&mut self, text: impl Into<String>) {
         self.status = Status { text: text.into(), is_error: false };
     }
 
-    fn fail(&mut self, error: anyhow::Error) {
+    pub(super) fn fail(&mut self, error: anyhow::Error) {
         let text = format!("{error:#}").lines().collect::<Vec<_>>().join(" ");
         self.status = Status { text, is_error: true };
     }
@@ -302,6 +340,7 @@ impl Viewer {
         self.run_loading(ctx);
         self.run_octree(ctx);
         self.run_exact(ctx);
+        self.run_camera_job();
         match self.saving.as_ref().map(Job::poll) {
             None | Some(Polled::Pending) => {}
             Some(ended) => {
@@ -340,6 +379,7 @@ impl Viewer {
         if self.document.data.mesh().is_none() {
             self.settings.render.renderer = RendererKind::Octree;
         }
+        self.histories = Histories::new(&self.settings);
         self.octree = self.octree.emptied();
         self.exact = ExactStage::default();
         self.shown = [None, None];
@@ -507,17 +547,25 @@ impl Viewer {
         let pixels = egui::epaint::ViewportInPixels::from_points(&rect, ui.ctx().pixels_per_point(), screen);
         self.size = [pixels.width_px, pixels.height_px].map(|n| (n.max(0) as u32).min(self.viewport.longest_side()));
 
-        self.settings.camera = navigate::moved(self.settings.camera, &picture, ui);
+        self.settings.camera = navigate::moved(self.settings.camera, &picture, ui, self.extent());
+        if let Some(at) = picture.interact_pointer_pos().filter(|_| picture.double_clicked()) {
+            self.recentre(rect, at);
+        }
+        self.histories.watch(ui.ctx(), &self.settings);
         let seen = Seen::of(&self.settings);
         if self.seen != seen {
             self.seen = seen;
             self.moved = Instant::now();
         }
         self.march(ui.ctx());
-        ui.painter().rect_filled(rect, 0.0, egui::Color32::BLACK);
+        let [r, g, b] = self.settings.look.background();
+        ui.painter().rect_filled(rect, 0.0, egui::Color32::from_rgb(r, g, b));
+        let drawing = self.furniture(rect.size(), self.settings.look.parts);
+        furniture::paint(ui.painter(), rect, &drawing.behind, drawing.halo);
         if self.viewport.is_filled() {
             self.viewport.paint(ui.painter(), rect);
         }
+        furniture::paint(ui.painter(), rect, &drawing.front, drawing.halo);
     }
 
     /// The line at the bottom.
@@ -543,7 +591,7 @@ impl Viewer {
         });
     }
 
-    fn frame_label(&self) -> String {
+    pub(super) fn frame_label(&self) -> String {
         match self.frame_times[self.kind() as usize] {
             Some(FrameTime { gpu_s: Some(s), .. }) => format!("frame {:.2} ms on the GPU", s * 1e3),
             Some(FrameTime { wall_s, gpu_s: None }) => format!("frame {:.0} ms", wall_s * 1e3),
@@ -551,30 +599,8 @@ impl Viewer {
         }
     }
 
-    fn keys(&mut self, ctx: &egui::Context) {
-        if ctx.text_edit_focused() {
-            return;
-        }
-        let pressed = |key| ctx.input(|input| input.key_pressed(key));
-        if pressed(Key::S) {
-            self.save_picture(ctx);
-        }
-        if pressed(Key::O) && ctx.input(|input| input.modifiers.command) {
-            self.choose_file(ctx);
-        }
-        // A key held down is repeated.
-        let is_flip = |event: &egui::Event| matches!(event, egui::Event::Key { key: Key::E, pressed: true, repeat: false, modifiers, .. } if modifiers.is_none());
-        if ctx.input(|input| input.events.iter().any(is_flip)) {
-            self.draw_with(other(self.kind()));
-        }
-        if pressed(Key::R) {
-            self.fit();
-        }
-        for (_, key, forward, up) in navigate::AXES {
-            if pressed(key) {
-                self.face(forward, up);
-            }
-        }
+    /// Opens a file that was dropped on the window.
+    fn take_dropped(&mut self, ctx: &egui::Context) {
         let dropped = ctx.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
         if let Some(path) = dropped {
             self.open(ctx, path);
@@ -598,7 +624,8 @@ impl Viewer {
 impl eframe::App for Viewer {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
-        self.keys(&ctx);
+        self.obey_keys(&ctx);
+        self.take_dropped(&ctx);
         egui::Panel::left("controls").exact_size(300.0).resizable(false).show(ui, |ui| {
             egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 // The scroll bar floats over the rest.
@@ -609,6 +636,7 @@ impl eframe::App for Viewer {
         egui::Panel::bottom("status").exact_size(24.0).resizable(false).show(ui, |ui| self.status_line(ui));
         self.run_jobs(&ctx);
         egui::CentralPanel::no_frame().show(ui, |ui| self.picture(ui));
+        self.help_sheet(&ctx);
     }
 }
 

@@ -42,6 +42,7 @@ pub fn combo(ui: &mut Ui, name: &str, tip: &str, chosen: &str, choices: impl FnO
 pub fn choice<T: PartialEq + Copy>(ui: &mut Ui, name: &str, tip: &str, value: &mut T, choices: &[(T, &str, &str)]) {
     ui.label(name).on_hover_text(tip);
     ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0; // four short words fit beside a name
         for &(choice, text, tip) in choices {
             ui.selectable_value(value, choice, text).on_hover_text(tip);
         }

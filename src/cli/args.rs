@@ -3,9 +3,10 @@
 use super::long_work::with_bar;
 use super::mode::ModeArgs;
 use crate::format::{self, RawLayout, ReadOptions, SolutionFile};
+use crate::furniture;
 use crate::geometry::Placed;
 use crate::mesh::{Component, FieldSelection, ScalarField, TetMesh, generate};
-use crate::octree::{Boundary, OctreeParams, Preset, Reconstruction, Sampling};
+use crate::octree::{Boundary, OctreeParams, Preset, Reconstruction, Sampling, Subject};
 use crate::progress::Progress;
 use crate::render::DeviceChoice;
 use crate::view::{Camera, Intervals, RenderSettings, RendererKind, Skip, Steps, TransferFunction, View};
@@ -68,6 +69,22 @@ impl MeshArgs {
     pub fn field(&self, mesh: &TetMesh) -> Result<ScalarField> {
         let selection = FieldSelection { name: self.array.clone(), component: self.component };
         ScalarField::select(mesh, &selection).with_context(|| self.shown_name())
+    }
+
+    /// What a subject's values are: the array's name, with component and unit.
+    pub fn title(&self, subject: &Subject) -> String {
+        let components = match subject {
+            Subject::Mesh(mesh, field) => {
+                mesh.point_data().iter().chain(mesh.cell_data()).find(|a| a.name == field.name).map_or(1, |a| a.components)
+            }
+            Subject::Volume(_) => 1,
+        };
+        let name = || match self.component {
+            Component::Magnitude => "magnitude".to_owned(),
+            Component::Index(i @ 0..3) if components <= 3 => ["x", "y", "z"][i].into(),
+            Component::Index(i) => i.to_string(),
+        };
+        furniture::title(subject.array(), (components > 1).then(name).as_deref())
     }
 
     /// The budget in bytes.

@@ -4,16 +4,17 @@ use super::args::{MeshArgs, OctreeArgs, RawArgs, RendererArg, ViewArgs, check_ou
 use super::long_work::with_bar;
 use super::report::Report;
 use super::subject::{read_subject, regularized};
+use crate::furniture::{self, Furniture, Parts};
 use crate::geometry::Placed;
 use crate::gpu::OctreeVolume;
-use crate::image::{Background, write_npy, write_png, write_values_npy};
+use crate::image::{Background, Image, write_npy, write_png, write_values_npy};
 use crate::octree::{ErrorBound, OctreeTexture, Subject, Unmet};
 use crate::render::{Renderer, Scene};
 use crate::study::{ErrorSampling, FieldError};
-use crate::view::{Skip, View};
+use crate::view::{Mode, Skip, View};
 use anyhow::{Context, Error, Result, anyhow, bail};
 use clap::Args;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
@@ -36,6 +37,10 @@ pub struct RenderCommand {
     /// Keep the picture's alpha instead
     #[arg(long, conflicts_with = "background")]
     transparent: bool,
+    /// Draw around the picture: bar (the scalar bar), axes (the orientation axes), box (the bounding box with ticks); several with commas
+    /// between them, all or none. Not into --raw
+    #[arg(long, value_name = "PARTS", default_value = "none")]
+    furniture: Parts,
     #[command(flatten)]
     octree: OctreeArgs,
     #[command(flatten)]
@@ -62,6 +67,7 @@ Examples:
   octetra render flow.vtu --iso 1.2,2.5 --iso-opacity 0.4,1        surfaces of equal value in the volume
   octetra render flow.vtu --mode mip --value largest.npy           the largest value on each ray, and the numbers
   octetra render flow.vtu --preset fine --stats fine.json
+  octetra render flow.vtu --furniture bar,axes,box --background 1,1,1
   octetra render scan.nhdr --tf bone.json                  a volume: .nrrd, .nhdr, .mhd, .mha, .vti, .vtk
   octetra render wing.xyz                                  a PLOT3D grid, its solution in wing.q
   octetra render scan.raw --dims 256,256,178 --type u8     plain bytes
@@ -82,11 +88,12 @@ impl RenderCommand {
         let view = self.view.view(&subject, files);
         report.params(&self.mesh, subject.array(), &self.octree, Some((&self.view, &view)))?;
         report.set("params", "background", if self.transparent { json!("transparent") } else { json!(self.background) });
+        report.set("params", "furniture", self.furniture.to_string());
 
         let renderer = Renderer::new(self.view.device.into())?;
         say_if_fallen_back(&renderer);
         let scene = self.scene(&renderer, &subject, &mut report)?;
-        let picture = with_bar(|progress| renderer.render(&scene, &view, progress))?;
+        let mut picture = with_bar(|progress| renderer.render(&scene, &view, progress))?;
         report.picture(&renderer, &scene, &picture);
         if self.stats.is_some() {
             let is_least = view.settings.skip() == Skip::Octree && !view.settings.is_through_voxels();
@@ -96,9 +103,10 @@ impl RenderCommand {
         }
 
         let background = if self.transparent { Background::Transparent } else { Background::Color(self.background) };
-        write_png(&output, &picture.image, background)?;
         self.raw.as_deref().map(|path| write_npy(path, &picture.image)).transpose()?;
         self.write_numbers(&renderer, &scene, &view)?;
+        self.furnish(&mut picture.image, &subject, &view);
+        write_png(&output, &picture.image, background)?;
         self.stats.as_deref().map(|path| report.write(path)).transpose()?;
         Ok(())
     }
@@ -128,6 +136,26 @@ impl RenderCommand {
             }
         }
         Ok(())
+    }
+
+    /// Draws what is asked for around the picture. Letters grow with it.
+    fn furnish(&self, image: &mut Image, subject: &Subject, view: &View) {
+        let size = DVec2::new(f64::from(image.width), f64::from(image.height));
+        let scale = (size.min_element() / 600.0).max(1.0);
+        let is_integral = view.settings.mode == Mode::Integral;
+        let title = self.mesh.title(subject);
+        let range = subject.range();
+        let drawing = Furniture {
+            parts: self.furniture,
+            title: if is_integral { format!("integral of {title}") } else { title },
+            value_range: if is_integral { Mode::integral_range(range, subject.bounds().diagonal()) } else { range },
+            transfer_function: &view.transfer_function,
+            camera: &view.camera,
+            bounds: subject.bounds().translated(subject.center()),
+            background: self.background,
+            frame_time: None,
+        };
+        furniture::paint(image, &drawing.drawing(size / scale), scale);
     }
 
     /// What is drawn: the octree texture, built here, or the mesh itself.

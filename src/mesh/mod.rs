@@ -6,6 +6,7 @@ mod compact;
 mod field;
 pub mod generate;
 mod layered;
+mod pick;
 mod structured;
 mod tet_mesh;
 

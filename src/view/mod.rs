@@ -4,6 +4,8 @@ mod camera;
 mod cube_rays;
 mod mode;
 mod orbit;
+mod poses;
+mod projected;
 mod settings;
 mod skip;
 mod transfer_function;

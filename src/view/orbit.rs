@@ -71,7 +71,7 @@ impl Camera {
     }
 
     /// Forward, right and up in the image: unit vectors at right angles.
-    fn axes(&self) -> [DVec3; 3] {
+    pub fn axes(&self) -> [DVec3; 3] {
         let forward = (self.target - self.eye).normalize();
         let right = forward.cross(self.up).normalize();
         [forward, right, right.cross(forward)]
@@ -92,15 +92,8 @@ mod tests {
         [perspective, Camera { projection: Projection::Parallel { view_height: 3.0 }, ..perspective }]
     }
 
-    /// Where a point is seen, in image heights from the middle.
     fn seen_at(camera: &Camera, point: DVec3) -> DVec2 {
-        let [forward, right, up] = camera.axes();
-        let from_eye = point - camera.eye;
-        let plane = DVec2::new(from_eye.dot(right), from_eye.dot(up)) / camera.view_height();
-        match camera.projection {
-            Projection::Perspective { .. } => plane * camera.eye.distance(camera.target) / from_eye.dot(forward),
-            Projection::Parallel { .. } => plane,
-        }
+        camera.seen_at(point).expect("before the eye")
     }
 
     #[test]

@@ -35,6 +35,7 @@ impl Random {
     }
 }
 
+#[allow(dead_code)] // not every test that has this module draws it
 /// A grid of `n`^3 cells over the unit cube, each there with a chance of 60 %, points moved at random.
 pub fn sponge(n: u32) -> TetMesh {
     let mut random = Random(7);
