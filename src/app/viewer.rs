@@ -49,6 +49,8 @@ pub struct Viewer {
     frame_times: [Option<FrameTime>; 2],
     loading: Option<Job<Result<Option<Document>>>>,
     saving: Option<Job<Result<PathBuf>>>,
+    /// Shaders that a picture waits for.
+    compiling: Option<Job<Result<()>>>,
     status: Status,
     renderer: Arc<Renderer>,
     /// Of the octree, and of the mesh itself.
@@ -147,6 +149,7 @@ impl Viewer {
             viewport,
             loading: None,
             saving: None,
+            compiling: None,
             status: Status::default(),
             renderer,
             paces: [Pace::default(); 2],
@@ -275,6 +278,7 @@ impl Viewer {
             self.octree.progress(),
             self.exact.job.as_ref().map(Job::progress),
             self.saving.as_ref().map(Job::progress),
+            self.compiling.as_ref().map(Job::progress),
         ];
         jobs.into_iter().flatten().next().map(named)
     }
@@ -439,6 +443,9 @@ impl Viewer {
             self.refining_s = None;
             return;
         }
+        if !self.is_compiled(ctx, &scene, &view) {
+            return;
+        }
         let (rows, refining) = (pace.rows_at_rest(self.size), self.viewport.is_refining(&view));
         let marched = if divisor > 1 || (rows == self.size[1] && !refining) {
             let mut coarse = view;
@@ -461,6 +468,33 @@ impl Viewer {
             }
         }
         ctx.request_repaint();
+    }
+
+    /// Whether the shaders of a view are compiled. If not they are, in the background: the picture before stays.
+    fn is_compiled(&mut self, ctx: &egui::Context, scene: &Arc<Scene>, view: &View) -> bool {
+        if self.renderer.is_ready(scene, view) {
+            self.compiling = None;
+            return true;
+        }
+        match self.compiling.as_ref().map(Job::poll) {
+            Some(Polled::Pending) => {}
+            Some(ended) => {
+                self.compiling = None;
+                if let Err(error) = outcome(ended) {
+                    self.fail(error);
+                    // The same shaders would only fail again.
+                    self.shown[self.kind() as usize] = Some(self.wanted());
+                }
+            }
+            None => {
+                let (renderer, scene, view) = (self.renderer.clone(), scene.clone(), view.clone());
+                self.compiling = Some(Job::start(ctx, move |progress, results| {
+                    progress.begin("compiling shaders", 0);
+                    results.give(renderer.prepare(&scene, &view).map_err(Into::into));
+                }));
+            }
+        }
+        false
     }
 
     fn run_exact(&mut self, ctx: &egui::Context) {
