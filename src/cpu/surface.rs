@@ -11,7 +11,7 @@
 use super::ray::{FAR, Ray};
 use crate::mesh::BoundarySurface;
 use crate::mesh::boundary::{MAX_LEVELS, SurfaceNode, SurfaceVertex};
-use crate::view::{CubeRay, high_bits, mul_add};
+use crate::view::{CubePlanes, CubeRay, high_bits, mul_add};
 use glam::{UVec2, Vec2, Vec3, Vec3Swizzles};
 
 /// Hits are gathered so many at a time, nearest first.
@@ -22,7 +22,7 @@ pub const TINY: f32 = 1.455_191_5e-11;
 /// The intervals of a ray inside the mesh as (t0, t1), t0 < t1, in order and without overlap; t counts from where the ray enters the root
 /// cube, or from the eye in it, in the ray's own unit. Empty if the ray misses the cube.
 pub fn surface_intervals(surface: &BoundarySurface, ray: CubeRay) -> Vec<(f32, f32)> {
-    let ray = Ray::enter(ray);
+    let ray = Ray::enter(ray, &CubePlanes::default());
     if ray.t_out <= 0.0 {
         return Vec::new();
     }

@@ -4,6 +4,7 @@ mod camera;
 mod cube_rays;
 mod mode;
 mod orbit;
+mod planes;
 mod poses;
 mod projected;
 mod settings;
@@ -11,8 +12,9 @@ mod skip;
 mod transfer_function;
 
 pub use camera::{Camera, CameraError, Projection, RayFrame};
-pub use cube_rays::{CubeRay, CubeRays, high_bits, mul_add};
+pub use cube_rays::{CubePlanes, CubeRay, CubeRays, high_bits, mul_add};
 pub use mode::{Isosurface, IsosurfaceError, Isosurfaces, LightSource, Mode, NotAMode, Output, Phong, Shading};
+pub use planes::{NotAPlane, Plane, PlaneError, PlaneUse, Planes};
 pub use settings::{RenderSettings, RendererKind, Steps, View};
 pub use skip::{Intervals, NotASkip, Skip};
 pub use transfer_function::{OpacityModel, TransferFunction, TransferFunctionError};
