@@ -68,6 +68,7 @@ impl Classifier {
     /// may be degenerate, then all values are 0). `bounds_diagonal` is the world length that a missing unit distance refers to. The
     /// transfer function must be valid ([`TransferFunction::validate`]).
     pub fn new(tf: &TransferFunction, value_range: [f64; 2], bounds_diagonal: f64) -> Self {
+        let tf = &*tf.in_data(value_range);
         let unit = tf.unit_distance_world(bounds_diagonal);
         let unit = if unit > 0.0 { unit } else { 1.0 };
         let from_opacity = |opacity: f64| match tf.opacity_model {
