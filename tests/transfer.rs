@@ -105,7 +105,7 @@ fn octree_and_exact_agree_on_a_log_scale() {
     let width = hi - lo;
     let standard = TransferFunction { range: Some([lo - 0.1 * width, hi]), ..TransferFunction::standard() };
     let linear = psnr(standard.clone());
-    assert!(linear > 45.0, "linear: {linear} dB");
+    assert!(linear > 55.0, "linear: {linear} dB");
     for (what, tf) in [
         ("symlog", TransferFunction { scale: Scale::Symlog(Some(0.05 * width)), ..standard.clone() }),
         ("steps", TransferFunction { steps: Some(5), ..standard.clone() }),
@@ -120,7 +120,7 @@ fn octree_and_exact_agree_on_a_log_scale() {
         ),
     ] {
         let found = psnr(tf);
-        assert!(found > linear - 6.0, "{what}: {found} dB, linear {linear} dB");
+        assert!(found > 52.0, "{what}: {found} dB, linear {linear} dB");
     }
     // The field moved above 0, for a logarithm.
     let values = field.values.iter().map(|v| v - lo + 0.05 * width).collect();
@@ -136,7 +136,7 @@ fn octree_and_exact_agree_on_a_log_scale() {
         renderer.render(scene, &view, &Progress::new()).expect("drawn").image
     };
     let log = octetra::image::psnr(&draw(&exact, RendererKind::Exact), &draw(&octree, RendererKind::Octree)).1;
-    assert!(log > linear - 6.0, "log: {log} dB, linear {linear} dB");
+    assert!(log > 52.0, "log: {log} dB, linear {linear} dB");
 }
 
 #[test]

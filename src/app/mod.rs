@@ -3,6 +3,7 @@
 //! ```text
 //! viewer        the window: what is open, what is chosen, what is shown, and what is on its way
 //! panel         the widgets beside the picture
+//! transfer_editor  colours, opacity, range: the transfer function
 //! thresholds    those of the octree, and its numbers
 //! widgets       what they are made of
 //! navigate      mouse and keys to cameras
@@ -22,6 +23,7 @@ mod pace;
 mod panel;
 mod settings;
 mod thresholds;
+mod transfer_editor;
 mod viewer;
 mod viewport;
 mod widgets;

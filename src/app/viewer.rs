@@ -6,6 +6,7 @@ use super::navigate;
 use super::octree_stage::{Measured, OctreeStage};
 use super::pace::{Pace, divided};
 use super::settings::{Settings, Transfer};
+use super::transfer_editor::TransferEditor;
 use super::viewport::Viewport;
 use super::{Options, title};
 use crate::format::FORMATS;
@@ -35,6 +36,7 @@ pub struct Viewer {
     pub(super) octree: OctreeStage,
     pub(super) viewport: Viewport,
     pub(super) opening: Camera,
+    pub(super) transfer_editor: TransferEditor,
     exact: ExactStage,
     /// The views that the pictures of octree and mesh were marched for; `None` if the scene is another since.
     shown: [Option<View>; 2],
@@ -129,6 +131,7 @@ impl Viewer {
         Ok(Viewer {
             document: Document { name: options.name, data: Data::of(&options.subject), field },
             opening: settings.camera,
+            transfer_editor: TransferEditor::new(),
             octree: OctreeStage::new(options.error),
             exact: ExactStage::default(),
             shown: [None, None],
@@ -245,11 +248,11 @@ impl Viewer {
         self.status.is_error
     }
 
-    fn say(&mut self, text: impl Into<String>) {
+    pub(super) fn say(&mut self, text: impl Into<String>) {
         self.status = Status { text: text.into(), is_error: false };
     }
 
-    fn fail(&mut self, error: anyhow::Error) {
+    pub(super) fn fail(&mut self, error: anyhow::Error) {
         let text = format!("{error:#}").lines().collect::<Vec<_>>().join(" ");
         self.status = Status { text, is_error: true };
     }
@@ -302,6 +305,7 @@ impl Viewer {
         self.run_loading(ctx);
         self.run_octree(ctx);
         self.run_exact(ctx);
+        self.run_transfer_files();
         match self.saving.as_ref().map(Job::poll) {
             None | Some(Polled::Pending) => {}
             Some(ended) => {
@@ -341,6 +345,7 @@ impl Viewer {
             self.settings.render.renderer = RendererKind::Octree;
         }
         self.octree = self.octree.emptied();
+        self.transfer_editor.forget_data();
         self.exact = ExactStage::default();
         self.shown = [None, None];
         [RendererKind::Octree, RendererKind::Exact].into_iter().for_each(|kind| self.viewport.stop_refining(kind));

@@ -37,6 +37,11 @@ impl TransferFunction {
         Cow::Owned((0..steps.max(1)).flat_map(step).collect())
     }
 
+    /// The same function over [0, 1], with knots at both ends and none beyond: what scales other than the linear one ask for.
+    pub fn over_unit_range(&self) -> TransferFunction {
+        TransferFunction { color: over_unit_range(&self.color), opacity: over_unit_range(&self.opacity), ..self.clone() }
+    }
+
     /// The function that renderers draw for a field whose values go from `data_range[0]` to `data_range[1]`: linear in the value, without
     /// steps and colours beyond the range of their own, but with the knots that those take.
     ///
@@ -114,6 +119,21 @@ fn bent<const N: usize>(knots: &[[f64; N]], bends: &[f64], linear: impl Fn(f64) 
         knot[0] = linear(knot[0]);
     }
     all
+}
+
+/// The part over [0, 1] of a function that is constant outside its knots, with knots at both ends.
+fn over_unit_range<const N: usize>(knots: &[[f64; N]]) -> Vec<[f64; N]> {
+    if knots.is_empty() {
+        return vec![];
+    }
+    let mut inside: Vec<[f64; N]> = knots.iter().copied().filter(|k| (0.0..=1.0).contains(&k[0])).collect();
+    if inside.first().is_none_or(|k| k[0] > 0.0) {
+        inside.insert(0, at(knots, 0.0));
+    }
+    if inside.last().is_none_or(|k| k[0] < 1.0) {
+        inside.push(at(knots, 1.0));
+    }
+    inside
 }
 
 /// The value at `x` of a function `[x, values..]` that is piecewise linear, constant outside its knots and belongs to the side above at steps.

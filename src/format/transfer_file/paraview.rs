@@ -151,20 +151,19 @@ fn opacity_knots(points: &[[f64; 4]]) -> Vec<[f64; 2]> {
 /// range. What opacity refers to and its model ParaView has elsewhere.
 pub fn to_paraview(name: &str, function: &TransferFunction) -> Result<Value, TransferFileProblem> {
     function.validate()?;
-    let tabulated;
-    let (color, opacity, scale) = match (function.scale, function.range) {
+    let color = function.stepped_color().into_owned();
+    let plain = TransferFunction { color, steps: None, below: None, above: None, ..function.clone() };
+    let plain = match (function.scale, function.range) {
         (Scale::Symlog(_), None) => return Err(TransferFileProblem::NoRange),
-        (Scale::Symlog(_), Some(range)) => {
-            tabulated = TransferFunction { below: None, above: None, ..function.clone() }.in_data(range).into_owned();
-            (tabulated.color.as_slice().into(), &tabulated.opacity, Scale::Linear)
-        }
-        (scale, _) => (function.stepped_color(), &function.opacity, scale),
+        (Scale::Symlog(_), Some(range)) => plain.in_data(range).into_owned(),
+        _ => plain,
     };
+    let (plain, scale) = (plain.over_unit_range(), plain.scale);
     // Any range will do for a map that is laid over the data's.
     let range = function.range.unwrap_or(if scale == Scale::Log { [1.0, 10.0] } else { [0.0, 1.0] });
     let place = |x: f64| scale.value(range, x);
-    let points: Vec<f64> = cut(&color).iter().flat_map(|&[x, r, g, b]| [place(x), r, g, b]).collect();
-    let opacity: Vec<f64> = cut(opacity).iter().flat_map(|&[x, opacity]| [place(x), opacity, 0.5, 0.0]).collect();
+    let points: Vec<f64> = plain.color.iter().flat_map(|&[x, r, g, b]| [place(x), r, g, b]).collect();
+    let opacity: Vec<f64> = plain.opacity.iter().flat_map(|&[x, opacity]| [place(x), opacity, 0.5, 0.0]).collect();
     let mut map = json!({ "ColorSpace": "RGB", "Name": name, "Points": opacity, "RGBPoints": points });
     if scale == Scale::Log {
         map["UseLogScale"] = 1.into();
@@ -182,24 +181,4 @@ pub fn to_paraview(name: &str, function: &TransferFunction) -> Result<Value, Tra
         }
     }
     Ok(json!([map]))
-}
-
-/// The part over [0, 1] of a function that is constant outside its knots, with knots at both ends.
-fn cut<const N: usize>(knots: &[[f64; N]]) -> Vec<[f64; N]> {
-    let at = |x: f64| {
-        let after = knots.partition_point(|k| k[0] <= x);
-        let (lo, hi) = (knots[after.saturating_sub(1)], knots[after.min(knots.len() - 1)]);
-        let f = if hi[0] > lo[0] { (x - lo[0]) / (hi[0] - lo[0]) } else { 0.0 };
-        let mut value: [f64; N] = std::array::from_fn(|c| (1.0 - f) * lo[c] + f * hi[c]);
-        value[0] = x;
-        value
-    };
-    let mut inside: Vec<[f64; N]> = knots.iter().copied().filter(|k| (0.0..=1.0).contains(&k[0])).collect();
-    if inside.first().is_none_or(|k| k[0] > 0.0) {
-        inside.insert(0, at(0.0));
-    }
-    if inside.last().is_none_or(|k| k[0] < 1.0) {
-        inside.push(at(1.0));
-    }
-    inside
 }
