@@ -242,12 +242,25 @@ fn opacity_and_colours_are_edited() {
     assert_eq!(function(&window).opacity.len(), 1);
 
     // Colours: their knots move too, and turn around.
-    let width = function(&window).color[1][0];
-    drag(&mut window, "colour knot 2", egui::vec2(3.0, 0.0));
-    assert!(function(&window).color[1][0] > width, "{:?}", function(&window).color);
+    drag(&mut window, "colour knot 8", egui::vec2(12.0, 0.0));
+    let moved = function(&window).color[7][0] - viridis.color[7][0];
+    assert!((0.03..0.06).contains(&moved), "by {moved}");
     window.get_by_label("Invert").click();
     window.run_steps(2);
     assert_eq!(function(&window).color[0][1..], viridis.color[viridis.color.len() - 1][1..]);
+
+    // A double click on a knot opens the choice of its colour.
+    let at = window.get_by_label("colour knot 8").rect().center();
+    window.hover_at(at);
+    window.step();
+    let (button, modifiers) = (egui::PointerButton::Primary, egui::Modifiers::NONE);
+    let press = |pressed| egui::Event::PointerButton { pos: at, button, pressed, modifiers };
+    window.input_mut().events.extend([true, false, true, false].map(press));
+    window.run_steps(2);
+    assert!(egui::Popup::is_any_open(&window.ctx), "the colour is being chosen");
+    window.key_press(egui::Key::Escape);
+    window.run_steps(2);
+    assert!(!egui::Popup::is_any_open(&window.ctx));
 
     // Another map keeps the opacity, which is the user's own now.
     let opacity = function(&window).opacity;
@@ -285,7 +298,7 @@ fn range_scale_and_files_of_the_transfer_function() {
     assert_eq!(function(&window).range, None);
     window.get_by_label_contains("drawn linear");
     window.get_by_label("linear").click_accesskit();
-    window.get_by_label("Steps").click_accesskit();
+    window.get_by_label("Discrete").click_accesskit();
     window.get_by_label("above").click_accesskit();
     window.run_steps(2);
     assert_eq!((function(&window).steps, function(&window).above.is_some()), (Some(8), true));

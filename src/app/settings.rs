@@ -65,12 +65,10 @@ impl Transfer {
         self.base = TransferFunction { range, ..map.function.clone() };
     }
 
-    /// Names the colours after the preset that they are, or as edited.
-    pub fn rename(&mut self) {
-        let same = |name: &&&str| TransferFunction::preset(name).is_ok_and(|preset| preset.color == self.base.color);
-        if TransferFunction::PRESETS.iter().find(same).is_none_or(|name| **name != self.name) {
-            self.name = TransferFunction::PRESETS.iter().find(same).unwrap_or(&Self::EDITED).to_string();
-        }
+    /// Names the colours after the known map that they are, or as edited.
+    pub fn rename(&mut self, known: &[NamedTransfer]) {
+        let same = known.iter().find(|map| map.function.color == self.base.color);
+        self.name = same.map_or(Self::EDITED.to_owned(), |map| map.name.clone());
     }
 
     /// The transfer function to draw with. `diagonal` is the length of the diagonal of the mesh's bounds in world units.

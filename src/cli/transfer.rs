@@ -9,34 +9,32 @@ use std::path::Path;
 
 /// A transfer function and what is changed of it.
 #[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Transfer function")]
 pub struct TransferArgs {
     /// A preset (octetra colormap lists them), or a file: octetra's JSON or ParaView's; FILE.json:NAME of a file of many colour maps
-    #[arg(long, value_name = "FILE|PRESET", default_value = "standard")]
+    #[arg(long, help_heading = "Transfer function", value_name = "FILE|PRESET", default_value = "standard")]
     pub tf: String,
     #[command(flatten)]
     pub changes: TransferChanges,
     /// Multiply all extinction by this
-    #[arg(long, value_name = "F", default_value_t = 1.0, value_parser = parse_positive)]
+    #[arg(long, help_heading = "Transfer function", value_name = "F", default_value_t = 1.0, value_parser = parse_positive)]
     pub opacity_scale: f64,
 }
 
 /// Changes of a transfer function; what is not named stays as its file has it.
 #[derive(Debug, Clone, Default, Args)]
-#[command(next_help_heading = "Transfer function")]
 pub struct TransferChanges {
     /// The values that its ends stand for, data units [default: the file's, else the array's smallest and largest]
-    #[arg(long, value_name = "LO,HI", allow_hyphen_values = true, value_parser = parse_range)]
+    #[arg(long, help_heading = "Transfer function", value_name = "LO,HI", allow_hyphen_values = true, value_parser = parse_range)]
     pub range: Option<[f64; 2]>,
     /// How it follows the value: linear, log, symlog (linear up to a thousandth of the range's largest magnitude) or symlog=T (up to T)
-    #[arg(long, value_name = "SCALE")]
+    #[arg(long, help_heading = "Transfer function", value_name = "SCALE")]
     pub scale: Option<Scale>,
     /// World length that opacity refers to [default: the file's, else the diagonal of the bounds / 50]
-    #[arg(long, value_name = "U", value_parser = parse_positive)]
+    #[arg(long, help_heading = "Transfer function", value_name = "U", value_parser = parse_positive)]
     pub unit_distance: Option<f64>,
     /// So many discrete colours
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub steps: Option<u32>,
+    #[arg(long, help_heading = "Transfer function", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub discrete: Option<u32>,
 }
 
 impl TransferArgs {
@@ -67,7 +65,7 @@ impl TransferArgs {
             ("--range", changes.range.map(|[lo, hi]| format!("{lo},{hi}"))),
             ("--scale", scale),
             ("--unit-distance", changes.unit_distance.map(|u| u.to_string())),
-            ("--steps", changes.steps.map(|n| n.to_string())),
+            ("--discrete", changes.discrete.map(|n| n.to_string())),
             ("--opacity-scale", (self.opacity_scale != 1.0).then(|| self.opacity_scale.to_string())),
         ];
         flags.into_iter().filter_map(|(flag, value)| Some([flag.to_owned(), value?])).flatten().collect()
@@ -86,7 +84,7 @@ pub fn read_named(name: &str, changes: &TransferChanges) -> Result<NamedTransfer
     tf.range = changes.range.or(tf.range);
     tf.scale = changes.scale.unwrap_or(tf.scale);
     tf.unit_distance = changes.unit_distance.or(tf.unit_distance);
-    tf.steps = changes.steps.or(tf.steps);
+    tf.steps = changes.discrete.or(tf.steps);
     named.function.validate().with_context(|| name.to_owned())?;
     Ok(named)
 }
@@ -117,8 +115,20 @@ mod tests {
 
     #[test]
     fn flags_override_and_are_written_again() {
-        let all =
-            ["--tf", "viridis", "--range", "-2,5", "--scale", "symlog=0.5", "--unit-distance", "3", "--steps", "7", "--opacity-scale", "2"];
+        let all = [
+            "--tf",
+            "viridis",
+            "--range",
+            "-2,5",
+            "--scale",
+            "symlog=0.5",
+            "--unit-distance",
+            "3",
+            "--discrete",
+            "7",
+            "--opacity-scale",
+            "2",
+        ];
         let args = parsed(&all);
         assert_eq!(args.flags(), all);
         let tf = args.read().expect("a preset");
@@ -133,7 +143,7 @@ mod tests {
     #[test]
     fn what_cannot_be_is_refused() {
         for flags in
-            [["--range", "2"], ["--range", "2,1"], ["--range", "a,b"], ["--scale", "cubic"], ["--unit-distance", "0"], ["--steps", "0"]]
+            [["--range", "2"], ["--range", "2,1"], ["--range", "a,b"], ["--scale", "cubic"], ["--unit-distance", "0"], ["--discrete", "0"]]
         {
             assert!(Flags::try_parse_from(["x"].iter().chain(&flags)).is_err(), "{flags:?}");
         }

@@ -79,9 +79,9 @@ impl Viewer {
         }
         let diagonal = self.document.data.bounds().diagonal();
         let (editor, transfer) = (&mut self.transfer_editor, &mut self.settings.transfer);
-        let before = transfer.base.color.clone();
         ui.spacing_mut().item_spacing.y = 4.0;
         maps(ui, editor, transfer);
+        let before = transfer.base.color.clone();
         let tf = &mut transfer.base;
         editor.opacity_plot(ui, tf, data_range);
         editor.color_bar(ui, tf, data_range);
@@ -91,7 +91,7 @@ impl Viewer {
             range_numbers(ui, tf, data);
         }
         if transfer.base.color != before {
-            transfer.rename();
+            transfer.rename(&editor.presets);
         }
         rows(ui, "transfer", |ui| {
             scale(ui, &mut transfer.base, data_range);
@@ -99,8 +99,8 @@ impl Viewer {
             row(ui, "Density", "How opaque everything is: what extinction is multiplied by", density);
             unit_distance(ui, &mut transfer.base, diagonal);
             steps(ui, &mut transfer.base);
-            beyond(ui, &mut transfer.base);
         });
+        beyond(ui, &mut transfer.base);
         if let Some(error) = data_range.and_then(|range| transfer.base.check_range(range).err()) {
             ui.colored_label(ui.visuals().warn_fg_color, format!("drawn linear: {error}"));
         }
@@ -147,6 +147,7 @@ fn maps(ui: &mut Ui, editor: &mut TransferEditor, transfer: &mut Transfer) {
         combo.response.labelled_by(label.id).on_hover_text("Colours over the value; opacity comes with them until it is edited");
         if ui.button("Invert").on_hover_text("Turn the colours around; opacity stays").clicked() {
             transfer.base.color = edits::inverted(&transfer.base.color);
+            transfer.rename(&editor.presets);
         }
     });
     let map = chosen.and_then(|i| editor.presets.iter().chain(&editor.imported).nth(i));
@@ -216,6 +217,7 @@ fn labelled(response: &Response, name: &str) {
 fn color_button(ui: &mut Ui, color: &mut [f64; 3], tip: &str) {
     let mut chosen = color32(*color);
     let before = chosen;
+    ui.spacing_mut().interact_size.x = 24.0; // the button's width
     egui::color_picker::color_edit_button_srgba(ui, &mut chosen, egui::color_picker::Alpha::Opaque).on_hover_text(tip);
     if chosen != before {
         *color = from_color32(chosen);
@@ -227,7 +229,7 @@ fn range_numbers(ui: &mut Ui, tf: &mut TransferFunction, data: [f64; 2]) {
     let [mut lo, mut hi] = tf.range.unwrap_or(data);
     ui.horizontal(|ui| {
         let low = data_value(ui, &mut lo, data, "range from", "Value at the left end of the colours");
-        let whole = ui.add_enabled(tf.range.is_some(), egui::Button::new("Whole range").min_size(vec2(104.0, 0.0)));
+        let whole = ui.add_enabled(tf.range.is_some(), egui::Button::new("Whole range").min_size(vec2(116.0, 0.0)));
         if whole.on_hover_text("From the smallest to the largest value of the data").clicked() {
             tf.range = None;
             return;
@@ -260,19 +262,19 @@ fn scale(ui: &mut Ui, tf: &mut TransferFunction, data: Option<[f64; 2]>) {
                 *tf = TransferFunction { scale, ..if scale == Scale::Linear { tf.clone() } else { tf.over_unit_range() } };
             }
         }
-        if let (Scale::Symlog(_), Some(range)) = (tf.scale, range)
-            && let Some(mut threshold) = tf.scale.threshold(range)
-        {
-            let speed = threshold / 50.0;
-            let drag = DragValue::new(&mut threshold).speed(speed).range(f64::MIN_POSITIVE..=f64::MAX);
-            let drag = ui.add(drag.custom_formatter(|value, _| significant(value)));
-            labelled(&drag, "symlog threshold");
-            if drag.on_hover_text("Values up to this lie evenly, data units").changed() {
-                tf.scale = Scale::Symlog(Some(threshold));
-            }
-        }
     });
     ui.end_row();
+    let range = tf.range.or(data).unwrap_or([0.0, 1.0]);
+    if let Some(mut threshold) = tf.scale.threshold(range) {
+        const TIP: &str = "Values up to this, of either sign, lie evenly; beyond it every decade has the same room (data units)";
+        let speed = threshold / 50.0;
+        let drag = DragValue::new(&mut threshold).speed(speed).range(f64::MIN_POSITIVE..=f64::MAX).update_while_editing(false);
+        let before = tf.scale.threshold(range).map(significant);
+        let changed = row(ui, "Linear up to", TIP, drag.custom_formatter(|value, _| significant(value))).changed();
+        if changed && before != Some(significant(threshold)) {
+            tf.scale = Scale::Symlog(Some(threshold));
+        }
+    }
 }
 
 fn unit_distance(ui: &mut Ui, tf: &mut TransferFunction, diagonal: f64) {
@@ -301,7 +303,7 @@ fn unit_distance(ui: &mut Ui, tf: &mut TransferFunction, diagonal: f64) {
 fn steps(ui: &mut Ui, tf: &mut TransferFunction) {
     const TIP: &str = "So many discrete colours in place of continuous ones; opacity stays as it is";
     let mut is_on = tf.steps.is_some();
-    ui.checkbox(&mut is_on, "Steps").on_hover_text(TIP);
+    ui.checkbox(&mut is_on, "Discrete").on_hover_text(TIP);
     let mut steps = tf.steps.unwrap_or(8);
     let drag = ui.add_enabled(is_on, DragValue::new(&mut steps).range(1..=1024).speed(0.1));
     labelled(&drag, "number of steps");
@@ -311,8 +313,9 @@ fn steps(ui: &mut Ui, tf: &mut TransferFunction) {
 }
 
 fn beyond(ui: &mut Ui, tf: &mut TransferFunction) {
-    ui.label("Outside").on_hover_text("Colours of values outside the range; without, the first and the last colour go on");
     ui.horizontal(|ui| {
+        ui.label("Outside").on_hover_text("Colours of values outside the range; without, the first and the last colour go on");
+        ui.add_space(10.0);
         for (color, name, default) in [(&mut tf.below, "below", BEYOND[0]), (&mut tf.above, "above", BEYOND[1])] {
             let mut is_on = color.is_some();
             if ui.checkbox(&mut is_on, name).on_hover_text(format!("A colour of their own for values {name} the range")).changed() {
@@ -323,5 +326,4 @@ fn beyond(ui: &mut Ui, tf: &mut TransferFunction) {
             }
         }
     });
-    ui.end_row();
 }
