@@ -258,6 +258,10 @@ fn opacity_and_colours_are_edited() {
     window.input_mut().events.extend([true, false, true, false].map(press));
     window.run_steps(2);
     assert!(egui::Popup::is_any_open(&window.ctx), "the colour is being chosen");
+    let before = function(&window).color[7];
+    window.get_by_label("hue").click();
+    window.run_steps(2);
+    assert_ne!(function(&window).color[7], before);
     window.key_press(egui::Key::Escape);
     window.run_steps(2);
     assert!(!egui::Popup::is_any_open(&window.ctx));

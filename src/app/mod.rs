@@ -6,6 +6,7 @@
 //! transfer_editor  colours, opacity, range: the transfer function
 //! thresholds    those of the octree, and its numbers
 //! widgets       what they are made of
+//! color_choice  a colour
 //! navigate      mouse and keys to cameras
 //! settings      what the user has chosen
 //! octree_stage  the octree: being built, built, measured
@@ -15,6 +16,7 @@
 //! viewport      the picture on the GPU
 //! ```
 
+mod color_choice;
 mod jobs;
 mod model;
 mod navigate;

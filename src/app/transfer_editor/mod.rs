@@ -12,6 +12,7 @@ mod files;
 mod histogram_stage;
 mod plot;
 
+use super::color_choice::color_button;
 use super::jobs::Job;
 use super::settings::Transfer;
 use super::viewer::Viewer;
@@ -23,7 +24,7 @@ use anyhow::Result;
 use egui::{ComboBox, DragValue, Response, Sense, Slider, Ui, vec2};
 use files::{Done, Form};
 use histogram_stage::HistogramStage;
-use plot::{color32, from_color32, gradient, set_range};
+use plot::{gradient, set_range};
 
 /// Colours that are offered for values below and above the range, ParaView's.
 const BEYOND: [[f64; 3]; 2] = [[0.0; 3], [0.5; 3]];
@@ -212,16 +213,6 @@ fn data_value(ui: &mut Ui, value: &mut f64, [lo, hi]: [f64; 2], name: &str, tip:
 
 fn labelled(response: &Response, name: &str) {
     response.ctx.accesskit_node_builder(response.id, |node| node.set_label(name));
-}
-
-fn color_button(ui: &mut Ui, color: &mut [f64; 3], tip: &str) {
-    let mut chosen = color32(*color);
-    let before = chosen;
-    ui.spacing_mut().interact_size.x = 24.0; // the button's width
-    egui::color_picker::color_edit_button_srgba(ui, &mut chosen, egui::color_picker::Alpha::Opaque).on_hover_text(tip);
-    if chosen != before {
-        *color = from_color32(chosen);
-    }
 }
 
 /// The ends of the range in numbers.

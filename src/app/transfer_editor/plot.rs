@@ -1,5 +1,6 @@
 //! The drawings of the editor and what can be dragged on them: opacity over the value, colours over the value, the range in the data.
 
+use super::super::color_choice::{choose_color, color32};
 use super::super::widgets::significant;
 use super::edits;
 use super::{Selected, TransferEditor};
@@ -18,17 +19,6 @@ const CATCH: f32 = 6.0;
 
 /// What of the data's width the ends of a range stay apart.
 const LEAST_WIDTH: f64 = 1e-4;
-
-/// A color of a transfer function on the screen, as the picture has it.
-pub fn color32(color: [f64; 3]) -> Color32 {
-    let [r, g, b] = color.map(|v| (v * 255.0).round() as u8);
-    Color32::from_rgb(r, g, b)
-}
-
-/// The color of a transfer function that is chosen on the screen.
-pub fn from_color32(color: Color32) -> [f64; 3] {
-    [color.r(), color.g(), color.b()].map(|v| f64::from(v) / 255.0)
-}
 
 /// Paints colours over [0, 1].
 pub fn gradient(ui: &Ui, rect: Rect, color: &[[f64; 4]]) {
@@ -180,10 +170,9 @@ impl TransferEditor {
             let open = knot.double_clicked().then_some(egui::SetOpenCommand::Bool(true));
             let popup = egui::Popup::from_response(&knot).id(id.with("picker")).open_memory(open);
             popup.close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside).show(|ui| {
-                ui.spacing_mut().slider_width = 200.0;
-                let mut chosen = color32([r, g, b]);
-                if egui::color_picker::color_picker_color32(ui, &mut chosen, egui::color_picker::Alpha::Opaque) {
-                    tf.color[i][1..].copy_from_slice(&from_color32(chosen));
+                let mut color = [r, g, b];
+                if choose_color(ui, &mut color) {
+                    tf.color[i][1..].copy_from_slice(&color);
                 }
             });
             let value = range.map_or(String::new(), |range| significant(tf.value_at(x, range)));
