@@ -438,12 +438,12 @@ fn exact_looks_like_the_octree() {
     window.state_mut().set_params(OctreeParams { max_depth: 6, tolerance: Some(0.01), ..OctreeParams::default() });
     settle(&mut window);
     let octree = picture(&mut window);
-    window.get_by_label("exact").click();
+    window.get_by_label("exact").click_accesskit(); // it may be scrolled out of sight
     settle(&mut window);
     let exact = picture(&mut window);
     let difference = rms(&octree, &exact);
     assert!(difference > 0.0 && difference < 3.0, "{difference} levels");
-    window.get_by_label("octree").click();
+    window.get_by_label("octree").click_accesskit();
     settle(&mut window);
     let back = rms(&octree, &picture(&mut window));
     assert!(back < SAME, "and back again: {back} levels");

@@ -11,6 +11,9 @@ use rayon::prelude::*;
 /// Tets or voxels that are counted at a time.
 const CHUNK: usize = 1 << 14;
 
+/// Points of a volume that are looked at; of more, every second, third and so on stands for its neighbours.
+const MOST_POINTS: usize = 1 << 26;
+
 /// Decades below the fullest bin that the logarithm of a count still shows.
 const DECADES: f64 = 4.0;
 
@@ -38,7 +41,7 @@ pub struct Histogram {
 }
 
 impl Histogram {
-    /// Counts in parallel: about 20 ms for a million tets on two cores.
+    /// Counts in parallel. Of volumes of more than 2^26 points every second, third and so on is counted, and counts for its neighbours too.
     pub fn of(subject: &Subject, bins: Bins, progress: &Progress) -> Result<Histogram, Cancelled> {
         let finder = Finder::new(bins);
         let amounts = match subject {
@@ -173,18 +176,19 @@ fn part_below(v: &[f64; 4], t: f64) -> f64 {
 fn of_grid(grid: &Grid, finder: &Finder, progress: &Progress) -> Result<Vec<f64>, Cancelled> {
     let samples = grid.samples();
     progress.begin("counting values", samples.len() as u64);
+    let step = samples.len().div_ceil(MOST_POINTS).max(1);
     let chunk = (CHUNK * 4).max(samples.len().div_ceil(256));
     let count = |first: usize| {
         progress.check()?;
-        let mut counts = vec![0u64; finder.bins()];
+        let mut counts = vec![0usize; finder.bins()];
         let of_chunk = first..(first + chunk).min(samples.len());
         progress.add(of_chunk.len() as u64);
-        samples.each(of_chunk, |value| {
+        samples.each(of_chunk, step, |value| {
             if let Some(bin) = finder.bin(value) {
                 counts[bin] += 1;
             }
         });
-        Ok(counts.into_iter().map(|n| n as f64).collect())
+        Ok(counts.into_iter().map(|n| (n * step) as f64).collect())
     };
     let parts: Vec<Vec<f64>> = (0..samples.len().div_ceil(chunk)).into_par_iter().map(|i| count(i * chunk)).collect::<Result<_, _>>()?;
     Ok(parts.into_iter().fold(vec![0.0; finder.bins()], sum))
