@@ -56,7 +56,7 @@ pub fn choose_color(ui: &mut Ui, color: &mut [f64; 3]) -> bool {
                 .range(0.0..=1.0)
                 .speed(0.005)
                 .max_decimals(3)
-                .prefix(&name[..1].to_uppercase())
+                .prefix(name[..1].to_uppercase())
                 .update_while_editing(false);
             ui.add(drag).on_hover_text(format!("{name}in [0, 1]"));
         }
