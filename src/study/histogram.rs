@@ -140,11 +140,12 @@ fn add_tet(finder: &Finder, mut v: [f64; 4], volume: f64, amounts: &mut [f64]) {
         }
         return;
     }
+    let slopes = slopes(&v);
     let mut bin = finder.bin(v[0].max(edges[0])).unwrap_or(0);
-    let mut below = if v[0] < edges[0] { part_below(&v, edges[0]) } else { 0.0 };
+    let mut below = if v[0] < edges[0] { part_below(&v, &slopes, edges[0]) } else { 0.0 };
     loop {
         let is_end = v[3] <= edges[bin + 1];
-        let upto = if is_end { 1.0 } else { part_below(&v, edges[bin + 1]) };
+        let upto = if is_end { 1.0 } else { part_below(&v, &slopes, edges[bin + 1]) };
         amounts[bin] += volume * (upto - below).max(0.0);
         if is_end || bin == last {
             return;
@@ -153,22 +154,28 @@ fn add_tet(finder: &Finder, mut v: [f64; 4], volume: f64, amounts: &mut [f64]) {
     }
 }
 
+/// 1 / (difference) of the values at the corners 0 1, 0 2, 0 3, 1 2, 1 3, 2 3 of a tet, ascending; infinite where they are equal.
+fn slopes(v: &[f64; 4]) -> [f64; 6] {
+    [v[1] - v[0], v[2] - v[0], v[3] - v[0], v[2] - v[1], v[3] - v[1], v[3] - v[2]].map(|width| 1.0 / width)
+}
+
 /// The part of a tet in which a linear field with these values at its corners, ascending and not all equal, is below `t`.
 ///
 /// Where the level cuts off one corner that is a smaller tet; where it cuts off an edge, three tets, which are summed by the places at which
-/// it cuts the four edges between the corners below and those above. Nothing is subtracted, so that equal values do no harm.
-fn part_below(v: &[f64; 4], t: f64) -> f64 {
-    let cut = |i: usize, j: usize| if v[j] > v[i] { ((t - v[i]) / (v[j] - v[i])).clamp(0.0, 1.0) } else { 1.0 };
+/// it cuts the four edges between the corners below and those above. Nothing is subtracted, so that equal values do no harm: an edge is
+/// looked at only if the level lies strictly between its ends, or at one of two that differ.
+fn part_below(v: &[f64; 4], slopes: &[f64; 6], t: f64) -> f64 {
+    let cut = |from: usize, edge: usize| ((t - v[from]) * slopes[edge]).min(1.0);
     if t <= v[0] {
         0.0
     } else if t >= v[3] {
         1.0
     } else if t <= v[1] {
-        cut(0, 1) * cut(0, 2) * cut(0, 3)
+        cut(0, 0) * cut(0, 1) * cut(0, 2)
     } else if t >= v[2] {
-        1.0 - (1.0 - cut(0, 3)) * (1.0 - cut(1, 3)) * (1.0 - cut(2, 3))
+        1.0 - (1.0 - cut(0, 2)) * (1.0 - cut(1, 4)) * (1.0 - cut(2, 5))
     } else {
-        let (a, b, c, d) = (cut(0, 2), cut(0, 3), cut(1, 2), cut(1, 3));
+        let (a, b, c, d) = (cut(0, 1), cut(0, 2), cut(1, 3), cut(1, 4));
         a * b + a * (1.0 - b) * d + (1.0 - a) * c * d
     }
 }
@@ -264,7 +271,7 @@ mod tests {
                     let value = v[0] * (1.0 - b[0] - b[1] - b[2]) + v[1] * b[0] + v[2] * b[1] + v[3] * b[2];
                     (all, below) = (all + 1.0, below + f64::from(u8::from(value < t)));
                 }
-                let part = part_below(&v, t);
+                let part = part_below(&v, &slopes(&v), t);
                 assert!((part - below / all).abs() < 0.03, "{v:?} below {t}: {part}, counted {}", below / all);
             }
         }
