@@ -45,7 +45,7 @@ pub struct ColorMap {
 }
 
 impl ColorMap {
-    /// Colours over x in [0, 1], as a transfer function has them: at most [`MOST_KNOTS`] knots, linear in RGB between them, within 1/512 of
+    /// Colours over x in [0, 1], as a transfer function has them: at most 256 knots, linear in RGB between them, within 1/512 of
     /// the map's own colours unless that takes more.
     pub fn bake(&self) -> Vec<[f64; 4]> {
         let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else { return vec![] };
