@@ -65,6 +65,39 @@ fn render_draws_the_bundled_mesh_and_says_what_it_measured() {
 }
 
 #[test]
+fn transfer_functions_are_listed_written_and_drawn_with() {
+    let folder = folder();
+    let list = done(folder.path(), &["colormap"]);
+    assert!(list.starts_with("standard") && list.contains("Black-Body Radiation"), "{list}");
+    done(folder.path(), &["colormap", "viridis", "--scale", "symlog=0.5", "--range=-0.5,2", "-o", "own.json"]);
+    assert_eq!(json(&folder.path().join("own.json"))["scale"]["symlog"], 0.5);
+    done(folder.path(), &["colormap", "own.json", "--paraview", "-o", "map.json"]);
+    assert_eq!(json(&folder.path().join("map.json"))[0]["RGBPoints"][0], -0.5);
+    let draw = |name: &str, more: &[&str]| {
+        let common = ["render", "--preset", "fast", "--device", "cpu", "--size", "24", "-o", "a.png", "--raw", name];
+        done(folder.path(), &[&common, more].concat());
+        octetra::image::read_npy(&folder.path().join(name)).expect("NPY")
+    };
+    // ParaView's form of it is the same over the same range, but for the ends of the opacity.
+    let (own, map) = (draw("own.npy", &["--tf", "own.json"]), draw("map.npy", &["--tf", "map.json:own", "--range=-0.5,2"]));
+    assert!(octetra::image::difference(&own, &map).1 < 0.01, "{:?}", octetra::image::difference(&own, &map));
+    let thin = draw("thin.npy", &["--tf", "own.json", "--opacity-scale", "0.1"]);
+    let alpha = |image: &octetra::Image| image.pixels.iter().map(|p| f64::from(p[3])).sum::<f64>();
+    assert!(alpha(&thin) < 0.5 * alpha(&own), "a tenth of the extinction");
+
+    std::fs::remove_file(folder.path().join("a.png")).expect("there");
+    for name in ["own.npy", "map.npy", "thin.npy"] {
+        std::fs::remove_file(folder.path().join(name)).expect("there");
+    }
+    let log = refused(folder.path(), &["render", "--scale", "log"]);
+    assert!(log.contains("bundled mesh") && log.contains("a range above 0"), "{log}");
+    std::fs::write(folder.path().join("many.json"), r#"[{"Name": "A", "RGBPoints": [0,0,0,0]}, {"Name": "B", "RGBPoints": [0,0,0,0]}]"#)
+        .expect("written");
+    let many = refused(folder.path(), &["render", "--tf", "many.json"]);
+    assert!(many.contains("many.json") && many.contains("A, B"), "{many}");
+}
+
+#[test]
 fn octree_and_exact_show_the_same_and_the_device_does_not_matter() {
     let folder = folder();
     let shot = |name: &str, more: &[&str]| {

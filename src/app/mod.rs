@@ -1,28 +1,31 @@
 //! The window: state, input, and jobs on threads. What it shows is computed by the library.
 //!
 //! ```text
-//! viewer        the window: what is open, what is chosen, what is shown, and what is on its way
-//! panel         the widgets beside the picture
-//! mode          what a pixel shows: light, surfaces, numbers
-//! thresholds    those of the octree, and its numbers
-//! camera_panel  the camera's buttons, clipboard and files
-//! furniture     what is around and behind the picture
-//! help          the sheet of keys
-//! widgets       what they are made of
-//! keys          what keys do: one table
-//! actions       doing it
-//! navigate      mouse to cameras
-//! history       what was chosen before
-//! settings      what the user has chosen
-//! octree_stage  the octree: being built, built, measured
-//! model         the long work: opening, regularizing, measuring, exact pictures, saving
-//! jobs          work in the background, with progress, cancelled when dropped
-//! pace          how fine to draw while the view moves
-//! viewport      the picture on the GPU
+//! viewer           the window: what is open, what is chosen, what is shown, and what is on its way
+//! panel            the widgets beside the picture
+//! mode             what a pixel shows: light, surfaces, numbers
+//! transfer_editor  colours, opacity, range: the transfer function
+//! thresholds       those of the octree, and its numbers
+//! camera_panel     the camera's buttons, clipboard and files
+//! furniture        what is around and behind the picture
+//! help             the sheet of keys
+//! widgets          what they are made of
+//! keys             what keys do: one table
+//! actions          doing it
+//! navigate         mouse to cameras
+//! history          what was chosen before
+//! color_choice     a colour
+//! settings         what the user has chosen
+//! octree_stage     the octree: being built, built, measured
+//! model            the long work: opening, regularizing, measuring, exact pictures, saving
+//! jobs             work in the background, with progress, cancelled when dropped
+//! pace             how fine to draw while the view moves
+//! viewport         the picture on the GPU
 //! ```
 
 mod actions;
 mod camera_panel;
+mod color_choice;
 mod furniture;
 mod help;
 mod history;
@@ -36,6 +39,7 @@ mod pace;
 mod panel;
 mod settings;
 mod thresholds;
+mod transfer_editor;
 mod viewer;
 mod viewport;
 mod widgets;

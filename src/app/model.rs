@@ -7,7 +7,7 @@ use crate::mesh::{BoundarySurface, FieldSelection, ScalarField, TetMesh};
 use crate::octree::{Boundary, ErrorBound, OctreeParams, OctreeTexture, Subject, Unmet};
 use crate::progress::Progress;
 use crate::render::{Picture, Renderer, Scene};
-use crate::study::{ErrorSampling, FieldError};
+use crate::study::{Bins, ErrorSampling, FieldError, Histogram};
 use crate::view::View;
 use crate::volume::Grid;
 use anyhow::{Context, Result, bail};
@@ -199,6 +199,18 @@ pub fn measure(
     let bound = subject.error_bound(texture, progress)?;
     give(Accuracy { error, bound, is_complete: true });
     Ok(())
+}
+
+/// How often the values of a field occur, over several bins.
+pub fn histograms<const N: usize>(data: &Data, field: &FieldSelection, bins: [Bins; N], progress: &Progress) -> Result<[Histogram; N]> {
+    let subject = data.subject(field)?;
+    let counted = bins.map(|bins| Histogram::of(&subject, bins, progress));
+    // Each by itself, since arrays of results do not collect.
+    let mut all = Vec::new();
+    for histogram in counted {
+        all.push(histogram?);
+    }
+    all.try_into().map_err(|_| anyhow::anyhow!("as many histograms as bins"))
 }
 
 /// Links the mesh, if there is no scene of it, and draws it, coarsely first, unless the device can.

@@ -9,6 +9,7 @@ use super::navigate;
 use super::octree_stage::{Measured, OctreeStage};
 use super::pace::{Pace, divided};
 use super::settings::{Settings, Transfer};
+use super::transfer_editor::TransferEditor;
 use super::viewport::Viewport;
 use super::{Options, title};
 use crate::format::FORMATS;
@@ -42,6 +43,7 @@ pub struct Viewer {
     pub(super) histories: Histories,
     pub(super) help_is_open: bool,
     pub(super) camera_job: Option<CameraJob>,
+    pub(super) transfer_editor: TransferEditor,
     exact: ExactStage,
     /// The views that the pictures of octree and mesh were marched for; `None` if the scene is another since.
     shown: [Option<View>; 2],
@@ -142,6 +144,7 @@ impl Viewer {
             histories: Histories::new(&settings),
             help_is_open: false,
             camera_job: None,
+            transfer_editor: TransferEditor::new(),
             octree: OctreeStage::new(options.error),
             exact: ExactStage::default(),
             shown: [None, None],
@@ -345,6 +348,7 @@ impl Viewer {
         self.run_octree(ctx);
         self.run_exact(ctx);
         self.run_camera_job();
+        self.run_transfer_files();
         match self.saving.as_ref().map(Job::poll) {
             None | Some(Polled::Pending) => {}
             Some(ended) => {
@@ -385,6 +389,7 @@ impl Viewer {
         }
         self.histories = Histories::new(&self.settings);
         self.octree = self.octree.emptied();
+        self.transfer_editor.forget_data();
         self.exact = ExactStage::default();
         self.shown = [None, None];
         [RendererKind::Octree, RendererKind::Exact].into_iter().for_each(|kind| self.viewport.stop_refining(kind));

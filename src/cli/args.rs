@@ -2,6 +2,7 @@
 
 use super::long_work::with_bar;
 use super::mode::ModeArgs;
+use super::transfer::TransferArgs;
 use crate::format::{self, RawLayout, ReadOptions, SolutionFile};
 use crate::furniture;
 use crate::geometry::Placed;
@@ -297,9 +298,6 @@ pub struct ViewArgs {
     /// Camera file (JSON), instead of the orbit
     #[arg(long, value_name = "FILE", conflicts_with_all = ["orbit", "zoom"])]
     pub camera: Option<PathBuf>,
-    /// Transfer-function file (JSON), or a preset: standard, viridis, inferno, turbo, coolwarm, rainbow, grey
-    #[arg(long, value_name = "FILE|PRESET", default_value = "standard")]
-    pub tf: String,
     /// The octree texture, or the mesh itself
     #[arg(long, value_enum, default_value = "octree")]
     pub renderer: RendererArg,
@@ -326,6 +324,8 @@ pub struct ViewArgs {
     pub intervals: IntervalsArg,
     #[command(flatten)]
     pub mode: ModeArgs,
+    #[command(flatten)]
+    pub transfer: TransferArgs,
 }
 
 /// Values of `--renderer`.
@@ -402,7 +402,7 @@ impl ViewArgs {
     /// The files that a view is made from, read and checked before any long work.
     pub fn files(&self) -> Result<(TransferFunction, Option<Camera>)> {
         self.check()?;
-        Ok((read_transfer_function(&self.tf)?, self.camera_file()?))
+        Ok((self.transfer.read()?, self.camera_file()?))
     }
 
     /// The view of a mesh or a volume.
@@ -427,18 +427,9 @@ impl ViewArgs {
             },
             ..self.mode.settings(RenderSettings::new(self.size[0], self.size[1]))
         };
+        let transfer_function = self.transfer.scaled(transfer_function, data.bounds().diagonal());
         View { camera: camera.unwrap_or_else(orbit), transfer_function, settings }
     }
-}
-
-/// The transfer function that `--tf` names, a preset or a file; read and checked.
-pub fn read_transfer_function(name: &str) -> Result<TransferFunction> {
-    if TransferFunction::PRESETS.contains(&name) || !(name.contains(['.', '/']) || Path::new(name).exists()) {
-        return Ok(TransferFunction::preset(name)?);
-    }
-    let tf: TransferFunction = read_json(Path::new(name), "a transfer function")?;
-    tf.validate().with_context(|| name.to_owned())?;
-    Ok(tf)
 }
 
 /// Reads a JSON file; errors name file, line and column.

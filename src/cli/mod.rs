@@ -2,6 +2,7 @@
 
 mod args;
 mod bench;
+mod colormap;
 mod compare;
 mod generate;
 mod info;
@@ -13,6 +14,7 @@ mod render;
 mod report;
 mod skip_table;
 mod subject;
+mod transfer;
 mod tune;
 mod view;
 
@@ -55,6 +57,8 @@ enum Command {
     Tune(tune::TuneCommand),
     /// Measure build and frame times, with the paper's figures beside
     Bench(bench::BenchCommand),
+    /// List, convert and write colour maps and transfer functions
+    Colormap(colormap::ColormapCommand),
     /// Make a mesh that carries a known field
     Generate(generate::GenerateCommand),
 }
@@ -70,8 +74,20 @@ impl Cli {
             Some(Command::Compare(command)) => command.run(),
             Some(Command::Tune(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
+            Some(Command::Colormap(command)) => command.run(),
             Some(Command::Generate(command)) => command.run(),
             None => self.view.run(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::CommandFactory;
+
+    #[test]
+    fn no_two_flags_of_a_command_have_one_name() {
+        Cli::command().debug_assert();
     }
 }

@@ -87,6 +87,7 @@ impl RenderCommand {
         let subject = read_subject(&self.mesh, &self.volume)?;
         let mut report = Report::new(&subject, start.elapsed().as_secs_f64());
         let view = self.view.view(&subject, files);
+        view.transfer_function.check_range(subject.range()).with_context(|| self.mesh.shown_name())?;
         report.params(&self.mesh, subject.array(), &self.octree, Some((&self.view, &view)))?;
         report.set("params", "background", if self.transparent { json!("transparent") } else { json!(self.background) });
         report.set("params", "furniture", self.furniture.to_string());

@@ -6,7 +6,7 @@ use super::subject::{check_budget, read_subject};
 use crate::app::{self, Options};
 use crate::octree::Subject;
 use crate::study::ErrorSampling;
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 
 /// `octetra view`, and plain `octetra`.
@@ -32,6 +32,7 @@ impl ViewCommand {
             return Err(no_exact_volume(&self.mesh));
         }
         let view = self.view.view(&subject, files);
+        view.transfer_function.check_range(subject.range()).with_context(|| self.mesh.shown_name())?;
         check_budget(&self.mesh, &subject)?;
         app::run(Options {
             name: self.mesh.stem(),

@@ -59,7 +59,7 @@ fn assert_same(found: (f64, f64, usize), expected: (f64, f64, usize)) {
 fn grey(opacity: Vec<[f64; 2]>, luminance: &[[f64; 2]], unit_distance: f64) -> TransferFunction {
     let color = luminance.iter().map(|&[x, l]| [x, l, l, l]).collect();
     let unit_distance = Some(unit_distance);
-    TransferFunction { color, opacity, opacity_model: OpacityModel::Linear, unit_distance, range: Some([0.0, 1.0]) }
+    TransferFunction { color, opacity, unit_distance, range: Some([0.0, 1.0]), ..TransferFunction::standard() }
 }
 
 /// One pixel that looks along a ray.
