@@ -8,6 +8,7 @@ mod march_fixed;
 mod march_leaf;
 mod march_paper;
 mod parts;
+mod pick;
 mod ray;
 mod surface;
 #[cfg(test)]
@@ -16,6 +17,7 @@ mod surface_tests;
 use descent::{Descent, What};
 pub use descent::{INTERIOR, MAX_DEPTH};
 pub use march_leaf::MAX_PIECES;
+pub use pick::{Picked, pick};
 pub use ray::{FAR, PARALLEL};
 pub use surface::{MAX_HITS, TINY, surface_intervals};
 
