@@ -1,10 +1,12 @@
-//! What runs the rest many times and reports: the error of an octree, builds and frames measured, thresholds tuned.
+//! What runs the rest many times and reports: the error of an octree, builds and frames measured, thresholds tuned; values
+//! at places.
 
 mod builds;
 mod chart;
 mod error;
 mod frames;
 mod grid_error;
+pub mod probe;
 mod skipping;
 pub mod tune;
 
