@@ -8,29 +8,48 @@
 //! navigate      mouse and keys to cameras
 //! settings      what the user has chosen
 //! octree_stage  the octree: being built, built, measured
+//! marching      which pictures are marched, and when
+//! slot          which pictures there are
+//! probe_tool    what is under the pointer, pins, a line: state and jobs
+//! probe_view    the same over the picture and in the panel
+//! wipe          two pictures in one
+//! leaves        the octree's leaves over the picture
+//! tuning        the chart of settings
+//! dock          the panel under the picture
+//! projector     from the world to the window
 //! model         the long work: opening, regularizing, measuring, exact pictures, saving
 //! jobs          work in the background, with progress, cancelled when dropped
 //! pace          how fine to draw while the view moves
 //! viewport      the picture on the GPU
 //! ```
 
+mod dock;
 mod jobs;
+mod leaves;
+mod marching;
 mod model;
 mod navigate;
 mod octree_stage;
 mod pace;
 mod panel;
+mod probe_tool;
+mod probe_view;
+mod projector;
 mod settings;
+mod slot;
 mod thresholds;
+mod tuning;
 mod viewer;
 mod viewport;
 mod widgets;
+mod wipe;
 
 use crate::mesh::Component;
 use crate::octree::{OctreeParams, Subject};
 use crate::study::ErrorSampling;
 use crate::view::View;
 use anyhow::{Result, anyhow, bail};
+pub use probe_tool::Pin;
 use std::path::PathBuf;
 pub use viewer::{OctreeNumbers, Viewer};
 pub use viewport::wgpu_setup;

@@ -78,7 +78,8 @@ mod tests {
                 }
             }
         }
-        let camera = Camera { eye: DVec3::ZERO, target: DVec3::X, up: DVec3::Z, projection: Projection::Perspective { fov_y_degrees: 40.0 } };
+        let camera =
+            Camera { eye: DVec3::ZERO, target: DVec3::X, up: DVec3::Z, projection: Projection::Perspective { fov_y_degrees: 40.0 } };
         assert_eq!(Projector::new(&camera, DVec3::ZERO, rect).place(DVec3::NEG_X), None, "behind the eye");
     }
 }
