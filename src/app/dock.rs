@@ -1,7 +1,8 @@
-//! The panel under the picture: plots, one at a time.
+//! Tools over the picture, and the panel under it: plots, one at a time.
 
 use super::viewer::Viewer;
-use egui::Ui;
+use super::wipe::WipeMode;
+use egui::{Rect, Ui, vec2};
 
 /// A plot under the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,6 +14,28 @@ pub enum Docked {
 }
 
 impl Viewer {
+    /// What can be turned on, over the picture while the pointer is there.
+    pub(super) fn tools_over(&mut self, ui: &mut Ui, rect: Rect) {
+        let is_near = ui.rect_contains_pointer(rect);
+        if !is_near {
+            return;
+        }
+        let place = Rect::from_min_size(rect.min + vec2(8.0, 8.0), vec2(260.0, 26.0));
+        ui.scope_builder(egui::UiBuilder::new().max_rect(place), |ui| {
+            egui::Frame::popup(ui.style()).inner_margin(3).show(ui, |ui| {
+                ui.horizontal(|ui| {
+                    ui.toggle_value(&mut self.probe.is_on, "Probe").on_hover_text("Show what is under the pointer; a click pins it (P)");
+                    let mut is_compared = self.wipe.mode != WipeMode::Off;
+                    let tip = "Two pictures with a divider between them (W); what is compared is chosen in the panel under Compare";
+                    if ui.toggle_value(&mut is_compared, "A | B").on_hover_text(tip).clicked() {
+                        self.flip_wipe();
+                    }
+                    ui.toggle_value(&mut self.tuning.is_open, "Tune").on_hover_text("A chart of what settings of the octree cost and give");
+                });
+            });
+        });
+    }
+
     /// The plots that there are.
     fn docked(&self) -> Vec<(Docked, &'static str, &'static str)> {
         let profile = (Docked::Profile, "Profile", "Values of the data and the octree along the probe's line");
@@ -35,6 +58,7 @@ impl Viewer {
             self.dock = first;
         }
         egui::Panel::bottom("plots").resizable(true).default_size(230.0).size_range(140.0..=600.0).show(ui, |ui| {
+            ui.set_min_height(ui.available_height()); // what is in it is not to make it smaller
             ui.add_space(2.0);
             ui.horizontal(|ui| {
                 for (tab, name, tip) in docked {

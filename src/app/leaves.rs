@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// At most so many leaves are drawn on a plane, and as whole boxes.
 const MOST_CUT: usize = 60_000;
-const MOST_BOXES: usize = 4_000;
+const MOST_BOXES: usize = 1_500;
 
 /// Which leaves are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -186,7 +186,8 @@ fn squares(texture: &OctreeTexture, leaves: &[LeafBox], axis: usize, position: f
 fn boxes(texture: &OctreeTexture, leaves: &[LeafBox], depths: &[usize]) -> Vec<LineVertex> {
     let mut vertices = Vec::with_capacity(24 * leaves.len());
     for leaf in leaves {
-        let color = depth_color(leaf.depth.into(), depths);
+        let [r, g, b, _] = depth_color(leaf.depth.into(), depths);
+        let color = [r, g, b, 130]; // many lie behind each other
         let corner = |i: usize| leaf.low + DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64) * leaf.edge;
         for from in 0..8 {
             for bit in [1, 2, 4].into_iter().filter(|bit| from & bit == 0) {

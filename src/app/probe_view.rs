@@ -33,7 +33,7 @@ impl Viewer {
         for pin in &self.probe.pins {
             let Some(at) = projector.place(pin.at).filter(|at| rect.contains(*at)) else { continue };
             painter.circle(at, 3.5, Color32::WHITE, Stroke::new(1.5, Color32::BLACK));
-            label(&painter, rect, at, &pin_text(pin, own));
+            label(&painter, rect, at, &pin_in_short(pin, own));
         }
         if !self.probe.is_on {
             return;
@@ -187,6 +187,13 @@ fn sample_text(sample: &Sample, own: &str) -> String {
     let cell = sample.cell.map_or("no cell".into(), |cell| format!("{} {}", cell.shape, cell.number));
     let leaf = sample.leaf.map_or("no leaf".into(), |leaf| format!("leaf depth {}, edge {}", leaf.depth, significant(leaf.edge)));
     format!("{}\n{own} {}  octree {}{difference}\n{cell}, {leaf}", position(sample.at), number(sample.own), number(sample.octree))
+}
+
+/// A pin's values in one line.
+fn pin_in_short(pin: &Pin, own: &str) -> String {
+    let number = |value: Option<f64>| value.map_or("-".into(), significant);
+    let values = pin.sample.map(|sample| format!("{own} {}  octree {}", number(sample.own), number(sample.octree)));
+    format!("{}: {}", pin.number, values.unwrap_or_default())
 }
 
 fn pin_text(pin: &Pin, own: &str) -> String {

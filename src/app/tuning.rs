@@ -7,11 +7,11 @@ use super::widgets::{choices, duration, mebibytes, percent};
 use super::wipe::in_short;
 use crate::mesh::FieldSelection;
 use crate::octree::OctreeParams;
-use crate::study::tune::{Kind, Plan, Record, Row, picture_front};
+use crate::study::tune::{Kind, Plan, Record, Row};
 use crate::view::{RenderSettings, View};
 use anyhow::Result;
 use egui::{Color32, Pos2, Ui};
-use egui_plot::{GridInput, GridMark, Legend, Line, MarkerShape, Plot, PlotPoint, PlotPoints, Points};
+use egui_plot::{Corner, GridInput, GridMark, Legend, Line, MarkerShape, Plot, PlotPoint, PlotPoints, Points};
 
 /// Pixels of the sweep's pictures along each side.
 const SIZE: u32 = 256;
@@ -68,6 +68,11 @@ impl Tuning {
     /// The settings that were measured so far, in the order of their measurement.
     pub fn rows(&self) -> &[Row] {
         self.record.as_ref().map_or(&[], |record| &record.rows)
+    }
+
+    /// What is on its way.
+    pub fn progress(&self) -> Option<(&'static str, Option<f32>)> {
+        self.job.as_ref().map(Job::progress)
     }
 
     /// Whether settings are being measured.
@@ -169,11 +174,8 @@ impl Viewer {
             ui.separator();
             ui.weak("RMSE over");
             choices(ui, &mut self.tuning.cost, &COSTS);
-            ui.separator();
-            if let Some(job) = &self.tuning.job {
-                let (stage, done) = job.progress();
-                ui.add(egui::ProgressBar::new(done.unwrap_or(0.0)).desired_width(90.0).desired_height(12.0));
-                ui.weak(stage);
+            if self.tuning.is_running() {
+                ui.weak(format!("{} measured", self.tuning.rows().len()));
             } else if self.tuning.rows().is_empty() {
                 ui.weak("Sweep measures settings around the present one; click a point to take its setting");
             }
@@ -194,7 +196,7 @@ impl Viewer {
                 (!points.is_empty()).then(|| Points::new(name, points).radius(4.0).color(color).allow_hover(false))
             })
             .collect();
-        let front = picture_front(&rows, |row| cost.of(row)).into_iter().map(|i| at(&rows[i])).collect::<Vec<_>>();
+        let front = error_front(&rows, cost).into_iter().map(|i| at(&rows[i])).collect::<Vec<_>>();
         let name = match cost {
             Cost::Bytes => "octree, MiB",
             Cost::Build => "build, s",
@@ -207,11 +209,11 @@ impl Viewer {
         };
         let shift = unit.log10();
         let plot = Plot::new(("tuning", cost as u8))
-            .legend(Legend::default())
+            .legend(Legend::default().position(Corner::LeftBottom))
             .allow_scroll(false)
             .allow_boxed_zoom(false)
             .x_axis_label(name)
-            .y_axis_label("RMSE, % of the range")
+            .y_axis_label("RMSE, %")
             .x_grid_spacer(move |input| decades(input, shift))
             .y_grid_spacer(|input| decades(input, 0.0))
             .x_axis_formatter(move |mark, _| in_digits(10f64.powf(mark.value - shift)))
@@ -284,6 +286,19 @@ fn error_percent(row: &Row) -> f64 {
     (100.0 * row.rmse_rel).max(LEAST_PERCENT)
 }
 
+/// The rows with a smaller error than every row that costs no more, by rising cost.
+fn error_front(rows: &[Row], cost: Cost) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    order.sort_by(|&a, &b| cost.of(&rows[a]).total_cmp(&cost.of(&rows[b])).then(rows[a].rmse_rel.total_cmp(&rows[b].rmse_rel)));
+    let mut least = f64::INFINITY;
+    order.retain(|&i| {
+        let is_better = rows[i].rmse_rel < least;
+        least = least.min(rows[i].rmse_rel);
+        is_better
+    });
+    order
+}
+
 /// The place nearest to the pointer, if one is near.
 fn nearest(places: &[Pos2], pointer: Pos2) -> Option<usize> {
     let distances = places.iter().map(|place| place.distance(pointer)).enumerate();
@@ -297,6 +312,7 @@ fn decades(input: GridInput, shift: f64) -> Vec<GridMark> {
     let marks = decades.filter(|_| high - low < 30.0).flat_map(|decade| [1.0f64, 2.0, 5.0].map(|digit| (f64::from(decade), digit)));
     marks
         .map(|(decade, digit)| GridMark { value: decade + digit.log10() + shift, step_size: if digit == 1.0 { 1.0 } else { 0.35 } })
+        .filter(|mark| (low..=high).contains(&mark.value))
         .collect()
 }
 
@@ -324,8 +340,30 @@ mod tests {
     }
 
     #[test]
+    fn the_line_joins_what_no_cheaper_setting_beats() {
+        let row = |bytes: u64, rmse_rel: f64, build_s: f64| Row {
+            params: OctreeParams::default(),
+            depth: 5,
+            nodes: 10,
+            leaves: 8,
+            bytes,
+            build_s,
+            rmse_rel,
+            max_rel: 0.5,
+            uncovered: 0.0,
+            psnr_db: 40.0,
+            psnr_db_by_view: vec![],
+            frame_s: 0.01,
+            frame_by: crate::study::tune::Clock::Wall,
+        };
+        let rows = [row(300, 0.01, 1.0), row(100, 0.04, 3.0), row(200, 0.05, 0.5), row(200, 0.02, 2.0), row(400, 0.01, 9.0)];
+        assert_eq!(error_front(&rows, Cost::Bytes), [1, 3, 0]);
+        assert_eq!(error_front(&rows, Cost::Build), [2, 0]);
+    }
+
+    #[test]
     fn axes_have_round_numbers_and_clicks_take_the_nearest() {
-        let marks = decades(GridInput { bounds: (6.0, 7.2), base_step_size: 0.1 }, f64::from(1 << 20).log10());
+        let marks = decades(GridInput { bounds: (5.7, 7.2), base_step_size: 0.1 }, f64::from(1 << 20).log10());
         let said: Vec<String> = marks.iter().map(|m| in_digits(10f64.powf(m.value) / f64::from(1 << 20))).collect();
         assert!(["0.5", "1", "2", "5", "10"].iter().all(|n| said.iter().any(|s| s == n)), "{said:?}");
         let places = [pos2(10.0, 10.0), pos2(30.0, 10.0)];

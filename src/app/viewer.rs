@@ -12,7 +12,7 @@ use super::settings::{Settings, Transfer};
 use super::slot::Slot;
 use super::tuning::Tuning;
 use super::viewport::Viewport;
-use super::wipe::{Against, Wipe, WipeMode};
+use super::wipe::Wipe;
 use super::{Options, title};
 use crate::format::FORMATS;
 use crate::geometry::Placed;
@@ -269,6 +269,7 @@ impl Viewer {
             self.exact.job.as_ref().map(Job::progress),
             self.saving.as_ref().map(Job::progress),
             self.probe.progress(),
+            self.tuning.progress(),
         ];
         jobs.into_iter().flatten().next().map(named)
     }
@@ -577,39 +578,6 @@ impl Viewer {
     /// Budget for mesh and octree in bytes.
     pub(super) fn memory_bytes(&self) -> u64 {
         self.memory_bytes
-    }
-
-    /// Turns the comparison on as a wipe, or off.
-    fn flip_wipe(&mut self) {
-        self.wipe.mode = if self.wipe.mode == WipeMode::Off { WipeMode::Wipe } else { WipeMode::Off };
-        if self.document.data.mesh().is_none() {
-            self.wipe.against = Against::Kept;
-        }
-        if self.wipe.mode != WipeMode::Off && self.wipe.against == Against::Kept && self.wipe.kept.is_none() {
-            self.say("keep an octree as A first, then change the thresholds (Compare)");
-        }
-    }
-
-    /// What can be turned on, over the picture while the pointer is there.
-    fn tools_over(&mut self, ui: &mut egui::Ui, rect: egui::Rect) {
-        let is_near = ui.rect_contains_pointer(rect);
-        if !is_near {
-            return;
-        }
-        let place = egui::Rect::from_min_size(rect.min + egui::vec2(8.0, 8.0), egui::vec2(260.0, 26.0));
-        ui.scope_builder(egui::UiBuilder::new().max_rect(place), |ui| {
-            egui::Frame::popup(ui.style()).inner_margin(3).show(ui, |ui| {
-                ui.horizontal(|ui| {
-                    ui.toggle_value(&mut self.probe.is_on, "Probe").on_hover_text("Show what is under the pointer; a click pins it (P)");
-                    let mut is_compared = self.wipe.mode != WipeMode::Off;
-                    let tip = "Two pictures with a divider between them (W); what is compared is chosen in the panel under Compare";
-                    if ui.toggle_value(&mut is_compared, "A | B").on_hover_text(tip).clicked() {
-                        self.flip_wipe();
-                    }
-                    ui.toggle_value(&mut self.tuning.is_open, "Tune").on_hover_text("A chart of what settings of the octree cost and give");
-                });
-            });
-        });
     }
 
     /// Shows all of the mesh from the same direction.

@@ -110,7 +110,22 @@ impl Viewer {
                 Some(kept) => ui.weak(format!("A: {}, {}", in_short(&kept.params), mebibytes(kept.bytes))),
                 None => ui.weak("nothing is kept yet"),
             };
+            let tip = "Forget A and free its memory";
+            if self.wipe.kept.is_some() && ui.small_button("x").on_hover_text(tip).clicked() {
+                self.forget();
+            }
         });
+    }
+
+    /// Turns the comparison on as a wipe, or off.
+    pub(super) fn flip_wipe(&mut self) {
+        self.wipe.mode = if self.wipe.mode == WipeMode::Off { WipeMode::Wipe } else { WipeMode::Off };
+        if self.document.data.mesh().is_none() {
+            self.wipe.against = Against::Kept;
+        }
+        if self.wipe.mode != WipeMode::Off && self.wipe.against == Against::Kept && self.wipe.kept.is_none() {
+            self.say("keep an octree as A first, then change the thresholds (Compare)");
+        }
     }
 
     /// Keeps the octree that is shown as A and compares with it.
@@ -121,6 +136,15 @@ impl Viewer {
             self.wipe.mode = WipeMode::Wipe;
         }
         self.show_anew(Slot::Kept);
+    }
+
+    /// Forgets the octree that was kept.
+    fn forget(&mut self) {
+        self.wipe.kept = None;
+        self.wipe.against = Against::Exact;
+        self.wipe.mode = WipeMode::Off;
+        self.shown[Slot::Kept as usize] = None;
+        self.viewport.empty(Slot::Kept);
     }
 
     /// The divider over the picture, what is on its two sides, or the scale of differences.
@@ -168,7 +192,12 @@ impl Viewer {
         let of = |model: &OctreeModel| in_short(&model.params);
         match slot {
             Slot::Exact => format!("{letter}: exact"),
-            Slot::Kept => format!("{letter}: {}", self.wipe.kept.as_deref().map_or(String::new(), of)),
+            Slot::Kept => {
+                let other = |kept: &&OctreeModel| kept.field != self.settings.field;
+                let field = self.wipe.kept.as_deref().filter(other).and_then(|kept| kept.field.name.clone());
+                let field = field.map_or(String::new(), |name| format!("{name}, "));
+                format!("{letter}: {field}{}", self.wipe.kept.as_deref().map_or(String::new(), of))
+            }
             Slot::Octree => {
                 let error = match &self.octree.accuracy {
                     Measured::Done(accuracy) => format!(", RMSE {}", percent(accuracy.error.by_volume.rmse_rel)),

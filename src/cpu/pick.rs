@@ -151,6 +151,27 @@ mod tests {
     }
 
     #[test]
+    fn what_lies_behind_counts_for_what_gets_through() {
+        // Two slabs of one cell, two pieces each: of opacity `front` and 0.7 a piece.
+        let texture = texture(|p| match p.x {
+            x if (-0.5..-0.4375).contains(&x) => 0.5,
+            x if (0.25..0.3125).contains(&x) => 1.0,
+            _ => 0.0,
+        });
+        // Opacity of a thousandth of a unit that makes that of a piece.
+        let thin = |piece: f64| -(-piece).ln_1p() / (0.5 * CELL) * 1e-3;
+        let seen = |front: f64| {
+            let (front, back) = (thin(front), thin(0.7));
+            let knots = [[0.0, 0.0], [0.25, 0.0], [0.25, front], [0.75, front], [0.75, back], [1.0, back]];
+            pick(&texture, None, &frame(PARALLEL), [32, 32], &classifier(&knots)).expect("something")
+        };
+        // 0.35 before 0.65^2 0.7 = 0.296, and 0.2 before 0.8^2 0.7 = 0.448.
+        let (front, back) = (seen(0.35), seen(0.2));
+        assert!((-0.5..-0.5 + CELL / 2.0).contains(&front.at.x) && (front.opacity - 0.35).abs() < 1e-4, "{front:?}");
+        assert!((0.25..0.25 + CELL / 2.0).contains(&back.at.x) && (back.opacity - 0.448).abs() < 1e-4, "{back:?}");
+    }
+
+    #[test]
     fn rays_see_what_lies_inside_the_surface() {
         let ball = collect(&*plan(Shape::Ball, Some(6 * 20 * 20 * 20)).expect("a size")).expect("valid");
         let field = ScalarField::select(&ball, &FieldSelection::default()).expect("a field");

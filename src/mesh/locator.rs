@@ -22,7 +22,7 @@ const CHUNK: usize = 1 << 14;
 ///
 /// A binary hierarchy of boxes over the tets in the order of a Morton curve, four to a leaf, without pointers: the children of node n are
 /// 2 n + 1 and 2 n + 2, so that it is never deeper than the logarithm of the number of tets, whatever the mesh. It takes 16 to 28 bytes a
-/// tet, and is built in parallel: 0.1 s for a million tets on two cores. A search takes a few microseconds.
+/// tet, and is built in parallel: 0.6 s for a million tets on two cores without full optimisation. A search takes less than 10 microseconds.
 #[derive(Debug, Clone)]
 pub struct Locator {
     /// Tets with a volume along the curve.
