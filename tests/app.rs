@@ -3,6 +3,9 @@
 use egui::accesskit::{Role, Toggled};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+#[path = "app/tools.rs"]
+mod tools;
+
 use octetra::app::{Options, Viewer, wgpu_setup};
 use octetra::furniture::Parts;
 use octetra::mesh::generate::{Shape, plan};

@@ -298,3 +298,32 @@ fn furniture_stands_in_the_picture_and_not_in_the_raw_image() {
     assert_eq!(wrong.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&wrong.stderr).contains("bar, axes, box"));
 }
+
+#[test]
+fn probe_says_what_is_at_places_in_a_table_and_in_files() {
+    let folder = folder();
+    done(folder.path(), &["generate", "cube", "-o", "cube.vtu"]);
+    let probe = |args: &[&str]| done(folder.path(), &[&["probe", "cube.vtu", "--max-depth", "4"], args].concat());
+    let table = probe(&["--at", "0.5,0.25,0.125", "--at", "-1,2,3", "-o", "points.json"]);
+    let lines: Vec<&str> = table.lines().collect();
+    assert!(lines.len() == 3 && lines[0].starts_with("x ") && lines[1].contains("tetrahedron") && lines[1].contains("depth"), "{table}");
+    assert!(lines[2].starts_with("-1 ") && lines[2].split_whitespace().skip(3).all(|word| word == "-"), "{table}");
+    let points = json(&folder.path().join("points.json"));
+    let (data, octree) = (points[0]["data"].as_f64().expect("a number"), points[0]["octree"].as_f64().expect("a number"));
+    assert!((data - octree).abs() < 1e-4 * data.abs().max(1.0), "linear: {data}, {octree}");
+    assert!(points[1]["data"].is_null() && points[1]["cell"].is_null());
+
+    probe(&["--line", "0,0,0:1,1,1", "--samples", "11", "-o", "line.csv"]);
+    let text = std::fs::read_to_string(folder.path().join("line.csv")).expect("a file");
+    let rows: Vec<Vec<f64>> =
+        text.lines().skip(1).map(|row| row.split(',').take(6).map(|v| v.parse().expect("a number")).collect()).collect();
+    assert!(rows.len() == 11 && (rows[10][0] - 3f64.sqrt()).abs() < 1e-12 && rows[5][1] == 0.5, "{text}");
+    let mean = (rows[0][4] + rows[10][4]) / 2.0;
+    assert!((rows[5][4] - mean).abs() < 1e-9, "linear along the diagonal: {text}");
+
+    for wrong in
+        [&["probe", "cube.vtu"][..], &["probe", "cube.vtu", "--at", "1,2"], &["probe", "cube.vtu", "--at", "1,2,3", "--samples", "5"]]
+    {
+        assert_eq!(octetra(folder.path(), wrong).status.code(), Some(2), "{wrong:?}");
+    }
+}

@@ -10,45 +10,64 @@
 //! furniture        what is around and behind the picture
 //! help             the sheet of keys
 //! widgets          what they are made of
+//! color_choice     a colour
 //! keys             what keys do: one table
 //! actions          doing it
 //! navigate         mouse to cameras
 //! history          what was chosen before
-//! color_choice     a colour
 //! settings         what the user has chosen
 //! octree_stage     the octree: being built, built, measured
+//! marching         which pictures are marched, and when
+//! slot             which pictures there are
+//! viewport         the picture on the GPU
+//! probe_tool       what is under the pointer, pins, a line: state and jobs
+//! probe_view       the same over the picture and in the panel
+//! projector        from the world to the window
+//! wipe             two pictures in one
+//! leaves           the octree's leaves over the picture
+//! tuning           the chart of settings
+//! dock             the panel under the picture
 //! model            the long work: opening, regularizing, measuring, exact pictures, saving
 //! jobs             work in the background, with progress, cancelled when dropped
 //! pace             how fine to draw while the view moves
-//! viewport         the picture on the GPU
 //! ```
 
 mod actions;
 mod camera_panel;
 mod color_choice;
+mod dock;
 mod furniture;
 mod help;
 mod history;
 mod jobs;
 pub mod keys;
+mod leaves;
+mod marching;
 mod mode;
 mod model;
 mod navigate;
 mod octree_stage;
 mod pace;
 mod panel;
+mod probe_tool;
+mod probe_view;
+mod projector;
 mod settings;
+mod slot;
 mod thresholds;
 mod transfer_editor;
+mod tuning;
 mod viewer;
 mod viewport;
 mod widgets;
+mod wipe;
 
 use crate::mesh::Component;
 use crate::octree::{OctreeParams, Subject};
 use crate::study::ErrorSampling;
 use crate::view::View;
 use anyhow::{Result, anyhow, bail};
+pub use probe_tool::Pin;
 use std::path::PathBuf;
 pub use viewer::{OctreeNumbers, Viewer};
 pub use viewport::wgpu_setup;

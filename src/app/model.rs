@@ -7,6 +7,8 @@ use crate::mesh::{BoundarySurface, FieldSelection, ScalarField, TetMesh};
 use crate::octree::{Boundary, ErrorBound, OctreeParams, OctreeTexture, Subject, Unmet};
 use crate::progress::Progress;
 use crate::render::{Picture, Renderer, Scene};
+use crate::study::probe::{LineSamples, write_csv};
+use crate::study::tune::{Effort, Record, Sweep};
 use crate::study::{Bins, ErrorSampling, FieldError, Histogram};
 use crate::view::View;
 use crate::volume::Grid;
@@ -54,7 +56,7 @@ impl Data {
     }
 
     /// One of its fields; a volume has only its own.
-    fn subject(&self, selection: &FieldSelection) -> Result<Subject> {
+    pub fn subject(&self, selection: &FieldSelection) -> Result<Subject> {
         Ok(match self {
             Data::Mesh(mesh) => Subject::Mesh(mesh.clone(), Arc::new(ScalarField::select(mesh, selection)?)),
             Data::Volume(grid) => Subject::Volume(grid.clone()),
@@ -256,7 +258,47 @@ pub fn save_picture(
 ) -> Result<PathBuf> {
     let mut image: Image = renderer.render(scene, view, progress)?.image;
     let background = finish(&mut image);
-    let path = (0..).map(|n| folder.join(format!("{name}_{n:02}.png"))).find(|path| !path.exists()).expect("numbers do not end");
+    let path = free_path(folder, name, "png");
     write_png(&path, &image, background)?;
     Ok(path)
 }
+
+/// Writes the samples of a line to the first free `NAME_line_00.csv`, `NAME_line_01.csv`, ... of a folder.
+pub fn save_profile(profile: &LineSamples, folder: &Path, name: &str) -> Result<PathBuf> {
+    let path = free_path(folder, &format!("{name}_line"), "csv");
+    write_csv(&path, &profile.samples, Some(&profile.arc_length)).with_context(|| path.display().to_string())?;
+    Ok(path)
+}
+
+/// The first of `NAME_00.SUFFIX`, `NAME_01.SUFFIX`, ... in a folder that there is not.
+fn free_path(folder: &Path, name: &str, suffix: &str) -> PathBuf {
+    (0..).map(|n| folder.join(format!("{name}_{n:02}.{suffix}"))).find(|path| !path.exists()).expect("numbers do not end")
+}
+
+/// Measures settings that a record does not hold yet, giving the record after each. One of other views is begun anew.
+pub fn tune(
+    renderer: &Renderer,
+    data: &Data,
+    selection: &FieldSelection,
+    view: &View,
+    settings: &[OctreeParams],
+    memory_bytes: u64,
+    record: Option<Record>,
+    progress: &Progress,
+    mut give: impl FnMut(&Record),
+) -> Result<()> {
+    let subject = data.subject(selection)?;
+    let error = ErrorSampling { points: TUNE_POINTS, ..ErrorSampling::default() };
+    let effort = Effort { builds: 1, frames: 3, error, memory_bytes };
+    let views = std::slice::from_ref(view);
+    let sweep = Sweep { of: &subject, renderer, views, effort };
+    let of = sweep.subject();
+    let mut record = record.filter(|record| record.subject == of).unwrap_or_else(|| Record::new(of));
+    sweep.run(settings, &mut record, progress, |record| {
+        give(record);
+        Ok::<(), anyhow::Error>(())
+    })
+}
+
+/// Points at which a sweep measures the error of each setting.
+const TUNE_POINTS: usize = 1 << 17;

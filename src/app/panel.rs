@@ -1,10 +1,12 @@
 //! The widgets beside the picture.
 
 use super::keys::{Action, tip};
+use super::leaves::LeafShow;
 use super::model::Data;
 use super::settings::component_label;
 use super::viewer::Viewer;
-use super::widgets::{choice, combo, mebibytes, number, numbers, rows, section, significant, thousands};
+use super::widgets::{choice, combo, folded, mebibytes, number, numbers, rows, section, significant, thousands};
+use super::wipe::WipeMode;
 use crate::mesh::{Component, DataArray, TetMesh};
 use crate::view::{RendererKind, Skip, Steps};
 use crate::volume::Grid;
@@ -27,6 +29,11 @@ impl Viewer {
         section(ui, "Size", |ui| self.size(ui));
         section(ui, "Camera", |ui| self.camera_section(ui));
         section(ui, "Around the picture", |ui| self.look_section(ui));
+        let is_compared = self.wipe.mode != WipeMode::Off;
+        folded(ui, "Compare", is_compared, |ui| self.wipe_section(ui));
+        let (is_probed, has_leaves) = (self.probe.is_on || !self.probe.pins.is_empty(), self.leaves.show != LeafShow::Off);
+        folded(ui, "Probe", is_probed, |ui| self.probe_section(ui));
+        folded(ui, "Leaves", has_leaves, |ui| self.leaves_section(ui));
         match self.document.data.clone() {
             Data::Mesh(mesh) => section(ui, "Mesh", |ui| mesh_numbers(ui, &mesh)),
             Data::Volume(grid) => section(ui, "Volume", |ui| volume_numbers(ui, &grid)),

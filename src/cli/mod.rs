@@ -9,6 +9,7 @@ mod info;
 mod long_work;
 mod mode;
 mod mode_table;
+mod probe;
 mod regularize;
 mod render;
 mod report;
@@ -53,6 +54,8 @@ enum Command {
     Regularize(regularize::RegularizeCommand),
     /// Say how far an image is from a reference: PSNR, SSIM, FLIP, a difference map
     Compare(compare::CompareCommand),
+    /// Say what the data and the octree hold at points or along a line
+    Probe(probe::ProbeCommand),
     /// Find the thresholds to take: sweep them, measure error, size and time, recommend
     Tune(tune::TuneCommand),
     /// Measure build and frame times, with the paper's figures beside
@@ -72,6 +75,7 @@ impl Cli {
             Some(Command::Info(command)) => command.run(),
             Some(Command::Regularize(command)) => command.run(),
             Some(Command::Compare(command)) => command.run(),
+            Some(Command::Probe(command)) => command.run(),
             Some(Command::Tune(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
             Some(Command::Colormap(command)) => command.run(),

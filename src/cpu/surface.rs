@@ -23,10 +23,12 @@ pub const TINY: f32 = 1.455_191_5e-11;
 /// cube, or from the eye in it, in the ray's own unit. Empty if the ray misses the cube.
 pub fn surface_intervals(surface: &BoundarySurface, ray: CubeRay) -> Vec<(f32, f32)> {
     let ray = Ray::enter(ray, &CubePlanes::default());
-    if ray.t_out <= 0.0 {
-        return Vec::new();
-    }
-    let mut way = SurfaceRay::start(surface, &ray);
+    if ray.t_out <= 0.0 { Vec::new() } else { intervals_on(surface, &ray) }
+}
+
+/// The same of a ray that was cut to the cube, and to planes.
+pub(super) fn intervals_on(surface: &BoundarySurface, ray: &Ray) -> Vec<(f32, f32)> {
+    let mut way = SurfaceRay::start(surface, ray);
     std::iter::from_fn(|| Some(way.next_interval()).filter(|(t0, t1)| t0 < t1)).collect()
 }
 

@@ -1,4 +1,5 @@
-//! What runs the rest many times and reports: the error of an octree, builds and frames measured, thresholds tuned, values counted.
+//! What runs the rest many times and reports: the error of an octree, builds and frames measured, thresholds tuned, values
+//! counted; values at places.
 
 mod builds;
 mod chart;
@@ -6,6 +7,7 @@ mod error;
 mod frames;
 mod grid_error;
 mod histogram;
+pub mod probe;
 mod skipping;
 pub mod tune;
 
