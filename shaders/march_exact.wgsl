@@ -84,7 +84,7 @@ fn walk(face: u32, ray: Ray, light: ptr<function, Light>, reached: ptr<function,
     var near = place(a, b, c);
     if (with_surfaces && near.t > *reached + SEAM) { forget_last(); }
     // What planes clip off behind is not met.
-    let limit = select(FAR, ray.t_out, frame.clip_count > 0u);
+    let limit = select(FAR, ray.t_out, clip_planes > 0u);
     // Signs are exact, so that no tet of a chain comes twice.
     let most = arrayLength(&tet_points);
     for (var step = 0u; step < most; step += 1u) {

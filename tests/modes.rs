@@ -451,6 +451,7 @@ fn shared(path: &str) -> PathBuf {
 
 #[test]
 #[ignore = "needs OCTETRA_SHARED, the folder of shared test data"]
+#[allow(clippy::print_stdout, reason = "the figures are of use where it passes, too")]
 fn real_meshes_have_the_reference_numbers() {
     let cpu = Renderer::new(DeviceChoice::Cpu).expect("the CPU");
     let gpu = Renderer::new(DeviceChoice::Gpu).expect("an adapter");
@@ -517,6 +518,7 @@ fn real_meshes_have_the_reference_numbers() {
 
 #[test]
 #[ignore = "needs OCTETRA_SHARED, the folder of shared test data"]
+#[allow(clippy::print_stdout, reason = "the figures are of use where it passes, too")]
 fn the_octree_looks_like_the_mesh_in_every_mode() {
     let cpu = Renderer::new(DeviceChoice::Cpu).expect("the CPU");
     let mut all_fine = true;

@@ -77,8 +77,6 @@ fn structs_mirror_their_shaders() {
             cell_edge,
             split_axis,
             split_position,
-            clip_count,
-            cut_count,
             clips,
             cuts,
             cut_looks

@@ -69,7 +69,7 @@ fn settle(window: &mut Window) {
         if window.state().is_settled() {
             return;
         }
-        assert!(start.elapsed() < Duration::from_secs(60), "the window never comes to rest: {}", window.state().status());
+        assert!(start.elapsed() < Duration::from_secs(180), "the window never comes to rest: {}", window.state().status());
         std::thread::sleep(Duration::from_millis(5));
     }
 }

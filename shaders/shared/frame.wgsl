@@ -20,14 +20,17 @@ struct Frame {
     // The axis that the halving plane is perpendicular to; 3 if rays are cut into equal parts.
     split_axis: u32,
     split_position: f32,
-    clip_count: u32,
-    cut_count: u32,
     // Normal of length 1 and offset: of planes that clip, on whose far side all is drawn, and of those that are drawn.
     clips: array<vec4<f32>, MOST_PLANES>,
     cuts: array<vec4<f32>, MOST_PLANES>,
     // Opacity, and whether edges are drawn.
     cut_looks: array<vec4<f32>, MOST_PLANES>,
 }
+
+// How many planes clip, and how many are drawn. Not of the frame: a loop as long as a uniform says is compiled anew for each frame by
+// Mesa's software adapter.
+override clip_planes: u32 = 0u;
+override cut_planes: u32 = 0u;
 
 // Parts that rays are cut into; 0 if they are not.
 override parts: u32 = 0u;

@@ -46,7 +46,7 @@ fn start_passing(ray: Ray) {
             let plane = frame.cuts[i];
             let along = dot(plane.xyz, ray.direction);
             cut_t[i] = FAR;
-            if (i < frame.cut_count && along != 0.0) { cut_t[i] = (plane.w - dot(plane.xyz, ray.origin)) / along; }
+            if (i < cut_planes && along != 0.0) { cut_t[i] = (plane.w - dot(plane.xyz, ray.origin)) / along; }
         }
     }
 }
@@ -88,7 +88,7 @@ fn pass_cuts(ray: Ray, piece: Piece, light: ptr<function, Light>) {
     loop {
         var next = MOST_PLANES;
         var t = rest.span.y;
-        for (var i = 0u; i < frame.cut_count; i += 1u) {
+        for (var i = 0u; i < cut_planes; i += 1u) {
             if (cut_t[i] >= rest.span.x && cut_t[i] < t) {
                 next = i;
                 t = cut_t[i];
@@ -116,7 +116,7 @@ fn add_plane(ray: Ray, i: u32, t: f32, value: f32, light: ptr<function, Light>) 
 
 // Passes a piece, cut at each surface in it, in the order of the ray.
 fn pass_surfaces(ray: Ray, piece: Piece, light: ptr<function, Light>) {
-    let count = style.surface_count;
+    let count = isosurfaces;
     let front = piece.ends.x;
     let back = piece.ends.y;
     // Where the value jumps: at faces between leaves of one value each, and by rounding.

@@ -41,7 +41,7 @@ fn enter(ray: CubeRay) -> Ray {
     let fars = select(max(to_low, to_high), vec3<f32>(FAR), parallel);
     var near = max(max(nears.x, max(nears.y, nears.z)), ray.t_eye);
     var far = min(fars.x, min(fars.y, fars.z));
-    for (var i = 0u; i < frame.clip_count; i += 1u) {
+    for (var i = 0u; i < clip_planes; i += 1u) {
         let plane = frame.clips[i];
         let along = dot(plane.xyz, direction);
         let before = plane.w - dot(plane.xyz, ray.origin);
@@ -60,7 +60,7 @@ fn enter(ray: CubeRay) -> Ray {
     let side = select(vec3<f32>(0.0), vec3<f32>(1.0), direction >= vec3<f32>(0.0));
     let leaving = (side - origin) * inverse;
     var t_out = max(min(leaving.x, min(leaving.y, leaving.z)), 0.0);
-    if (frame.clip_count > 0u) { t_out = min(t_out, max(far - near, 0.0)); }
+    if (clip_planes > 0u) { t_out = min(t_out, max(far - near, 0.0)); }
     return Ray(origin, direction, ray.length, inverse, select(t_out, 0.0, beside || near >= far), ray.t_eye - near);
 }
 

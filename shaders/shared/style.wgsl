@@ -9,8 +9,9 @@ const MEAN: u32 = 4u;
 const INTEGRAL: u32 = 5u;
 override mode: u32 = 0u;
 
-// Whether there are isosurfaces, and whether the volume and they are shaded.
+// Whether there are surfaces: isosurfaces, so many of them, or planes that are drawn; and whether the volume and they are shaded.
 override with_surfaces: bool = false;
+override isosurfaces: u32 = 0u;
 override shade_volume: bool = false;
 override shade_surfaces: bool = false;
 // Whether pixels are what of rays is no colour.

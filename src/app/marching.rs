@@ -70,6 +70,7 @@ impl Viewer {
             Ok(None) => {}
             Err(error) => self.fail(error.into()),
         }
+        self.take_compiled();
         if self.viewport.is_marching() {
             return ctx.request_repaint();
         }
@@ -137,31 +138,33 @@ impl Viewer {
         true
     }
 
-    /// Whether the shaders of a view are compiled. If not they are, in the background: the picture before stays.
+    /// Whether the shaders of a picture are compiled. If not they are, in the background: the picture before stays.
     fn is_compiled(&mut self, ctx: &egui::Context, slot: Slot, scene: &Arc<Scene>, view: &View) -> bool {
-        if self.renderer.is_ready(scene, view) {
-            self.compiling = None;
-            return true;
+        let is_ready = self.renderer.is_ready(scene, view);
+        if !is_ready && self.compiling.is_none() {
+            let (renderer, scene, view) = (self.renderer.clone(), scene.clone(), view.clone());
+            let job = Job::start(ctx, move |progress, results| {
+                progress.begin("compiling shaders", 0);
+                results.give(renderer.prepare(&scene, &view).map_err(Into::into));
+            });
+            self.compiling = Some((slot, job));
         }
-        match self.compiling.as_ref().map(Job::poll) {
-            Some(Polled::Pending) => {}
-            Some(ended) => {
-                self.compiling = None;
-                if let Err(error) = outcome(ended) {
-                    self.fail(error);
-                    // The same shaders would only fail again.
-                    self.shown[slot as usize] = Some(self.wanted_of(slot));
-                }
-            }
-            None => {
-                let (renderer, scene, view) = (self.renderer.clone(), scene.clone(), view.clone());
-                self.compiling = Some(Job::start(ctx, move |progress, results| {
-                    progress.begin("compiling shaders", 0);
-                    results.give(renderer.prepare(&scene, &view).map_err(Into::into));
-                }));
-            }
+        is_ready
+    }
+
+    /// Takes note of shaders that are compiled by now.
+    fn take_compiled(&mut self) {
+        let Some((slot, job)) = &self.compiling else { return };
+        let (slot, ended) = (*slot, job.poll());
+        if matches!(ended, Polled::Pending) {
+            return;
         }
-        false
+        self.compiling = None;
+        if let Err(error) = outcome(ended) {
+            self.fail(error);
+            // The same shaders would only fail again.
+            self.shown[slot as usize] = Some(self.wanted_of(slot));
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 //! viewer           the window: what is open, what is chosen, what is shown, and what is on its way
 //! panel            the widgets beside the picture
 //! mode             what a pixel shows: light, surfaces, numbers
+//! planes           what clips, and what is drawn where it cuts
 //! transfer_editor  colours, opacity, range: the transfer function
 //! thresholds       those of the octree, and its numbers
 //! camera_panel     the camera's buttons, clipboard and files
@@ -49,6 +50,7 @@ mod navigate;
 mod octree_stage;
 mod pace;
 mod panel;
+mod planes;
 mod probe_tool;
 mod probe_view;
 mod projector;

@@ -23,17 +23,18 @@ impl Viewer {
         section(ui, "Field", |ui| self.field(ui));
         section(ui, "Colours", |ui| self.colours(ui));
         section(ui, "Mode", |ui| self.mode(ui));
+        section(ui, "Planes", |ui| self.planes_section(ui));
         section(ui, "Picture", |ui| self.picture_settings(ui));
         section(ui, "Octree", |ui| self.thresholds(ui));
         section(ui, "Accuracy", |ui| self.accuracy(ui));
         section(ui, "Size", |ui| self.size(ui));
-        section(ui, "Camera", |ui| self.camera_section(ui));
-        section(ui, "Around the picture", |ui| self.look_section(ui));
         let is_compared = self.wipe.mode != WipeMode::Off;
         folded(ui, "Compare", is_compared, |ui| self.wipe_section(ui));
         let (is_probed, has_leaves) = (self.probe.is_on || !self.probe.pins.is_empty(), self.leaves.show != LeafShow::Off);
         folded(ui, "Probe", is_probed, |ui| self.probe_section(ui));
         folded(ui, "Leaves", has_leaves, |ui| self.leaves_section(ui));
+        section(ui, "Camera", |ui| self.camera_section(ui));
+        section(ui, "Around the picture", |ui| self.look_section(ui));
         match self.document.data.clone() {
             Data::Mesh(mesh) => section(ui, "Mesh", |ui| mesh_numbers(ui, &mesh)),
             Data::Volume(grid) => section(ui, "Volume", |ui| volume_numbers(ui, &grid)),

@@ -29,7 +29,7 @@ use crate::progress::Progress;
 use crate::render::{Renderer, Scene};
 use crate::study::FieldError;
 use crate::study::probe::LineSamples;
-use crate::view::{Camera, RenderSettings, RendererKind, View};
+use crate::view::{Camera, Isosurfaces, Mode, Planes, RenderSettings, RendererKind, View};
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -64,7 +64,7 @@ pub struct Viewer {
     loading: Option<Job<Result<Option<Document>>>>,
     saving: Option<Job<Result<PathBuf>>>,
     /// Shaders that a picture waits for.
-    pub(super) compiling: Option<Job<Result<()>>>,
+    pub(super) compiling: Option<(Slot, Job<Result<()>>)>,
     status: Status,
     pub(super) renderer: Arc<Renderer>,
     /// Of the pictures, by slot.
@@ -147,7 +147,7 @@ impl Viewer {
             params: options.params,
             camera: options.view.camera,
             transfer: Transfer::new(options.view.transfer_function),
-            render: RenderSettings { min_transmittance: 1.0 / 512.0, ..options.view.settings },
+            render: RenderSettings { min_transmittance: RenderSettings::INTERACTIVE, ..options.view.settings },
             look: Look::default(),
         };
         Ok(Viewer {
@@ -322,7 +322,7 @@ impl Viewer {
             self.octree.progress(),
             self.exact.job.as_ref().map(Job::progress),
             self.saving.as_ref().map(Job::progress),
-            self.compiling.as_ref().map(Job::progress),
+            self.compiling.as_ref().map(|(_, job)| job.progress()),
             self.probe.progress(),
             self.tuning.progress(),
         ];
@@ -424,6 +424,12 @@ impl Viewer {
         self.opening = Camera::orbit(document.data.bounds().translated(document.data.center()), 0, 1.0);
         self.settings.camera = self.opening;
         self.settings.field = document.field.clone();
+        // Values and places of the data before mean nothing in these.
+        let render = &mut self.settings.render;
+        (render.planes, render.isosurfaces) = (Planes::NONE, Isosurfaces::NONE);
+        if render.mode == Mode::Iso {
+            render.mode = Mode::Composite;
+        }
         self.document = document;
         if self.document.data.mesh().is_none() {
             self.settings.render.renderer = RendererKind::Octree;

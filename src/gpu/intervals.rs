@@ -27,10 +27,10 @@ pub(super) struct PartWords {
 #[derive(Debug)]
 pub(super) struct IntervalPass {
     layouts: [wgpu::BindGroupLayout; 2],
-    /// By storage, number of parts and entry point.
-    pipelines: Mutex<HashMap<(NodeStorage, u32, &'static str), wgpu::ComputePipeline>>,
-    /// By number of parts. Adapters that cannot write from fragment shaders do without.
-    box_pipelines: Mutex<HashMap<u32, (wgpu::BindGroupLayout, wgpu::RenderPipeline)>>,
+    /// By storage, numbers of parts and of planes that clip, and entry point.
+    pipelines: Mutex<HashMap<(NodeStorage, [u32; 2], &'static str), wgpu::ComputePipeline>>,
+    /// By numbers of parts and of planes that clip. Adapters that cannot write from fragment shaders do without.
+    box_pipelines: Mutex<HashMap<[u32; 2], (wgpu::BindGroupLayout, wgpu::RenderPipeline)>>,
     /// Those used last: images mostly keep their size.
     words: Mutex<Option<PartWords>>,
 }
@@ -121,13 +121,14 @@ impl IntervalPass {
         encoder: &mut wgpu::CommandEncoder,
         volume: &OctreeVolume,
         frame: &wgpu::Buffer,
+        clip_planes: u32,
         words: &PartWords,
         boxes: Option<(&Boxes, Placing)>,
         timestamps: Option<&Timestamps>,
     ) {
         let device = &context.device;
         let entry_point = if boxes.is_some() { "clear" } else { "main" };
-        let pipeline = self.compute(device, volume.storage(), words.parts, entry_point);
+        let pipeline = self.compute(device, volume.storage(), [words.parts, clip_planes], entry_point);
         let bindings = [
             (0, frame.as_entire_binding()),
             (1, volume.node_bindings()[0].clone()),
@@ -144,7 +145,7 @@ impl IntervalPass {
         pass.dispatch_workgroups(words.size[0].div_ceil(TILE), words.size[1].div_ceil(TILE), 1);
         drop(pass);
         if let Some((boxes, placing)) = boxes {
-            self.draw(context, encoder, frame, words, boxes, placing, timestamps);
+            self.draw(context, encoder, frame, clip_planes, words, boxes, placing, timestamps);
         }
     }
 
@@ -153,6 +154,7 @@ impl IntervalPass {
         context: &Context,
         encoder: &mut wgpu::CommandEncoder,
         frame: &wgpu::Buffer,
+        clip_planes: u32,
         words: &PartWords,
         boxes: &Boxes,
         placing: Placing,
@@ -160,7 +162,8 @@ impl IntervalPass {
     ) {
         let device = &context.device;
         let mut pipelines = self.box_pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        let (layout, pipeline) = pipelines.entry(words.parts).or_insert_with(|| box_pipeline(device, words.parts));
+        let (layout, pipeline) =
+            pipelines.entry([words.parts, clip_planes]).or_insert_with(|| box_pipeline(device, [words.parts, clip_planes]));
         let placing = init_buffer(device, "placing", bytemuck::bytes_of(&placing), wgpu::BufferUsages::UNIFORM);
         let bindings = [
             (0, frame.as_entire_binding()),
@@ -183,18 +186,24 @@ impl IntervalPass {
         pass.draw(0..36, 0..boxes.count);
     }
 
-    fn compute(&self, device: &wgpu::Device, storage: NodeStorage, parts: u32, entry: &'static str) -> wgpu::ComputePipeline {
+    fn compute(
+        &self,
+        device: &wgpu::Device,
+        storage: NodeStorage,
+        [parts, clip_planes]: [u32; 2],
+        entry: &'static str,
+    ) -> wgpu::ComputePipeline {
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         let make = || {
-            let constants = [("tile", f64::from(TILE)), ("parts", f64::from(parts))];
+            let constants = [("tile", f64::from(TILE)), ("parts", f64::from(parts)), ("clip_planes", f64::from(clip_planes))];
             let source = shader::source("intervals.wgsl", storage);
             compute_pipeline(device, &self.layouts[storage as usize], &source, "intervals.wgsl", entry, &constants)
         };
-        pipelines.entry((storage, parts, entry)).or_insert_with(make).clone()
+        pipelines.entry((storage, [parts, clip_planes], entry)).or_insert_with(make).clone()
     }
 }
 
-fn box_pipeline(device: &wgpu::Device, parts: u32) -> (wgpu::BindGroupLayout, wgpu::RenderPipeline) {
+fn box_pipeline(device: &wgpu::Device, [parts, clip_planes]: [u32; 2]) -> (wgpu::BindGroupLayout, wgpu::RenderPipeline) {
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let read = buffer(wgpu::BufferBindingType::Storage { read_only: true });
     let write = buffer(wgpu::BufferBindingType::Storage { read_only: false });
@@ -214,7 +223,7 @@ fn box_pipeline(device: &wgpu::Device, parts: u32) -> (wgpu::BindGroupLayout, wg
     let layouts = [Some(&box_layout)];
     let descriptor = wgpu::PipelineLayoutDescriptor { label: Some("boxes"), bind_group_layouts: &layouts, immediate_size: 0 };
     let layout = device.create_pipeline_layout(&descriptor);
-    let constants = [("parts", f64::from(parts))];
+    let constants = [("parts", f64::from(parts)), ("clip_planes", f64::from(clip_planes))];
     let compilation_options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
     let target = wgpu::ColorTargetState { format: CANVAS_FORMAT, blend: None, write_mask: wgpu::ColorWrites::empty() };
     let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {

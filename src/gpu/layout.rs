@@ -42,12 +42,8 @@ pub struct Frame {
     pub split_axis: u32,
     /// Where the plane crosses it.
     pub split_position: f32,
-    /// How many planes clip.
-    pub clip_count: u32,
-    /// How many are drawn.
-    pub cut_count: u32,
     /// Fills to a multiple of 16 bytes.
-    pub _pad: f32,
+    pub _pad: [f32; 3],
     /// Normal and offset of what clips.
     pub clips: [[f32; 4]; Planes::MOST],
     /// Of what is drawn.
@@ -95,9 +91,7 @@ impl Frame {
             cell_edge: 1.0 / (1u32 << depth.max(1)) as f32,
             split_axis: split.map_or(3, |split| split.axis as u32),
             split_position: split.map_or(0.0, |split| split.position),
-            clip_count: rays.clips.count,
-            cut_count: rays.cuts.count,
-            _pad: 0.0,
+            _pad: [0.0; 3],
             clips: rays.clips.planes.map(|plane| plane.to_array()),
             cuts: rays.cuts.planes.map(|plane| plane.to_array()),
             cut_looks: rays.cut_looks.map(|[opacity, edges]| [opacity, edges, 0.0, 0.0]),

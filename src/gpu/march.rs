@@ -56,6 +56,9 @@ struct Variant {
     with_surfaces: bool,
     shade_volume: bool,
     shade_surfaces: bool,
+    /// How many planes clip, and how many are drawn.
+    planes: [u32; 2],
+    isosurfaces: u32,
 }
 
 /// What of it is about the data.
@@ -104,6 +107,8 @@ impl<'a> Marched<'a> {
             with_surfaces,
             shade_volume: settings.is_volume_shaded(),
             shade_surfaces: with_surfaces && settings.shading.surfaces,
+            planes: settings.planes.counts(),
+            isosurfaces: settings.surfaces().iter().count() as u32,
         }
     }
 
@@ -215,7 +220,7 @@ impl Marcher {
 
         let (cube_min, cube_edge, depth) = volume.cube();
         let table = classifier.table(cube_edge);
-        let settings = &volume.settings(settings);
+        let settings = &volume.settings(&RenderSettings { planes: frame.planes, ..*settings });
         let style = Style::new(settings, classifier, cube_edge);
         let variant = volume.variant(settings);
         let (mut given, mut words) = (Given::default(), None);
@@ -247,7 +252,7 @@ impl Marcher {
             ];
             if let (Marched::Octree(octree), Some(words)) = (volume, &words) {
                 let boxes = given.boxes.as_ref().map(|boxes| (boxes, Placing::new(frame, cube_min, cube_edge)));
-                self.intervals.encode(context, encoder, octree, &uniforms, words, boxes, timestamps);
+                self.intervals.encode(context, encoder, octree, &uniforms, variant.planes[0], words, boxes, timestamps);
             }
             let mut bindings: Vec<_> = shared.into_iter().chain(volume.bindings()).collect();
             if let Marched::Octree(octree) = volume {
@@ -434,6 +439,9 @@ fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, variant: Vari
         ("with_surfaces", flag(variant.with_surfaces)),
         ("shade_volume", flag(variant.shade_volume)),
         ("shade_surfaces", flag(variant.shade_surfaces)),
+        ("isosurfaces", f64::from(variant.isosurfaces)),
+        ("clip_planes", f64::from(variant.planes[0])),
+        ("cut_planes", f64::from(variant.planes[1])),
     ];
     let (stage, storage) = match variant.through {
         Through::Octree { steps, storage, continuous, clipped, voxels, skip } => {

@@ -110,6 +110,12 @@ impl Planes {
         self.list[0].is_none()
     }
 
+    /// How many of them clip, and how many are drawn.
+    pub fn counts(&self) -> [u32; 2] {
+        let clips = self.iter().filter(|plane| plane.used == PlaneUse::Clip).count() as u32;
+        [clips, self.iter().count() as u32 - clips]
+    }
+
     /// Whether one of them is drawn.
     pub fn are_drawn(&self) -> bool {
         self.iter().any(|plane| plane.used != PlaneUse::Clip)

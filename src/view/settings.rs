@@ -62,6 +62,9 @@ pub struct RenderSettings {
 }
 
 impl RenderSettings {
+    /// The transmittance at which rays stop in the window.
+    pub const INTERACTIVE: f64 = 1.0 / 512.0;
+
     /// What of a ray is marched, given where samples lie and what is shown: all of it counts for a number.
     pub fn skip(&self) -> Skip {
         if self.steps == Steps::Paper || self.mode.is_number() { Skip::None } else { self.skip }

@@ -17,7 +17,7 @@ fn wait_for<T>(window: &mut Window, what: &str, found: impl Fn(&Viewer) -> Optio
         if let Some(found) = found(window.state()) {
             return found;
         }
-        assert!(start.elapsed() < Duration::from_secs(60), "{what}: {}", window.state().status());
+        assert!(start.elapsed() < Duration::from_secs(180), "{what}: {}", window.state().status());
         std::thread::sleep(Duration::from_millis(5));
     }
 }
@@ -34,7 +34,7 @@ fn click_at(window: &mut Window, [x, y]: [f32; 2], is_done: impl Fn(&Viewer) -> 
         window.drop_at(at);
         window.step();
         window.step();
-        assert!(start.elapsed() < Duration::from_secs(60), "a click does nothing: {}", window.state().status());
+        assert!(start.elapsed() < Duration::from_secs(180), "a click does nothing: {}", window.state().status());
         std::thread::sleep(Duration::from_millis(5));
     }
 }
