@@ -12,7 +12,7 @@ mod tet_mesh;
 
 pub use boundary::BoundarySurface;
 pub use compact::CompactMesh;
-pub use field::{Association, Component, FieldError, FieldSelection, ScalarField};
+pub use field::{Association, Component, FieldError, FieldSelection, NotAComponent, ScalarField};
 pub use layered::{ArrayLayout, LayeredMesh, Precision, collect};
 pub use structured::{StructuredBlock, split_into_tets};
 pub use tet_mesh::{DataArray, MeshError, MeshParts, TetMesh, Values};
