@@ -11,6 +11,8 @@ mod mode_table;
 mod regularize;
 mod render;
 mod report;
+mod sequence;
+mod session;
 mod skip_table;
 mod subject;
 mod tune;
