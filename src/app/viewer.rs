@@ -2,27 +2,29 @@
 
 use super::actions::Histories;
 use super::camera_panel::CameraJob;
+use super::files::{Loading, SessionJob};
 use super::furniture::{self, Look};
 use super::jobs::{Job, Polled, outcome};
 use super::model::{self, Data, Document, ExactStep};
 use super::navigate;
 use super::octree_stage::{Measured, OctreeStage};
 use super::pace::{Pace, divided};
+use super::pictures::{Pictures, Saving};
+use super::problem::Problem;
+use super::recent::Recent;
 use super::settings::{Settings, Transfer};
 use super::viewport::Viewport;
 use super::{Options, title};
-use crate::format::FORMATS;
-use crate::furniture::{Part, Parts, paint};
+use crate::furniture::Parts;
 use crate::geometry::Placed;
 use crate::gpu::FrameTime;
-use crate::image::{Background, Image};
 use crate::mesh::FieldSelection;
 use crate::octree::{ErrorBound, OctreeParams, Unmet};
 use crate::render::{Renderer, Scene};
 use crate::study::FieldError;
 use crate::view::{Camera, RenderSettings, RendererKind, View};
 use anyhow::{Context, Result};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -47,12 +49,18 @@ pub struct Viewer {
     shown: [Option<View>; 2],
     /// What these pictures took.
     frame_times: [Option<FrameTime>; 2],
-    loading: Option<Job<Result<Option<Document>>>>,
-    saving: Option<Job<Result<PathBuf>>>,
+    pub(super) loading: Option<Loading>,
+    pub(super) saving: Option<Saving>,
+    pub(super) session_job: Option<SessionJob>,
+    pub(super) recent: Recent,
+    pub(super) problem: Option<Problem>,
+    pub(super) pictures: Pictures,
+    /// Of the display.
+    pub(super) pixels_per_point: f64,
     /// Shaders that a picture waits for.
     compiling: Option<Job<Result<()>>>,
     status: Status,
-    renderer: Arc<Renderer>,
+    pub(super) renderer: Arc<Renderer>,
     /// Of the octree, and of the mesh itself.
     paces: [Pace; 2],
     /// What is being marched.
@@ -64,8 +72,8 @@ pub struct Viewer {
     /// What the frame before was drawn with, and when that or the octree last changed.
     seen: Seen,
     moved: Instant,
-    memory_bytes: u64,
-    folder: PathBuf,
+    pub(super) memory_bytes: u64,
+    pub(super) folder: PathBuf,
 }
 
 /// The numbers of a built octree.
@@ -136,8 +144,8 @@ impl Viewer {
             render: RenderSettings { min_transmittance: 1.0 / 512.0, ..options.view.settings },
             look: Look::default(),
         };
-        Ok(Viewer {
-            document: Document { name: options.name, data: Data::of(&options.subject), field },
+        let mut viewer = Viewer {
+            document: Document { name: options.name, source: options.source, data: Data::of(&options.subject), field },
             opening: settings.camera,
             histories: Histories::new(&settings),
             help_is_open: false,
@@ -149,6 +157,11 @@ impl Viewer {
             viewport,
             loading: None,
             saving: None,
+            session_job: None,
+            recent: Recent::of(options.recent),
+            problem: None,
+            pictures: Pictures::default(),
+            pixels_per_point: 1.0,
             compiling: None,
             status: Status::default(),
             renderer,
@@ -161,7 +174,13 @@ impl Viewer {
             moved: Instant::now(),
             memory_bytes: options.memory_bytes,
             folder: options.folder,
-        })
+        };
+        if let Some(session) = &options.session {
+            viewer.take_look(session);
+            viewer.histories = Histories::new(&viewer.settings);
+        }
+        viewer.recent.note(&viewer.document.source);
+        Ok(viewer)
     }
 
     /// The numbers of the octree, once there is one.
@@ -231,45 +250,6 @@ impl Viewer {
         &self.status.text
     }
 
-    /// Opens another mesh or volume in the background.
-    pub fn open(&mut self, ctx: &egui::Context, path: PathBuf) {
-        let memory_bytes = self.memory_bytes;
-        self.say(format!("opening {}", path.display()));
-        self.loading = Some(Job::start(ctx, move |progress, results| results.give(model::open(&path, memory_bytes, progress).map(Some))));
-    }
-
-    /// Asks for a file, then opens it.
-    pub(super) fn choose_file(&mut self, ctx: &egui::Context) {
-        let all: Vec<&str> = FORMATS.iter().flat_map(|format| format.suffixes).copied().collect();
-        let dialog = rfd::AsyncFileDialog::new().add_filter("Meshes and volumes", &all);
-        let dialog = FORMATS.iter().fold(dialog, |dialog, format| dialog.add_filter(format.name, format.suffixes));
-        let (answer, memory_bytes) = (dialog.pick_file(), self.memory_bytes);
-        self.loading = Some(Job::start(ctx, move |progress, results| {
-            let opened = pollster::block_on(answer).map(|file| model::open(file.path(), memory_bytes, progress)).transpose();
-            results.give(opened);
-        }));
-    }
-
-    /// Writes the picture as `octetra render` would draw it at the viewport's size.
-    pub(super) fn save_picture(&mut self, ctx: &egui::Context) {
-        let view = self.exact_view();
-        let (renderer, folder, name) = (self.renderer.clone(), self.folder.clone(), self.document.name.clone());
-        let (look, scale) = (self.settings.look, f64::from(ctx.pixels_per_point()));
-        let parts = if look.saves_furniture { look.parts.with(Part::Time, false) } else { Parts::NONE };
-        let drawing = self.furniture(egui::vec2(self.size[0] as f32, self.size[1] as f32) / ctx.pixels_per_point(), parts);
-        let finish = move |image: &mut Image| {
-            paint(image, &drawing, scale);
-            Background::Color(look.background_rgb())
-        };
-        let save = move |scene: &Scene, progress: &_| model::save_picture(&renderer, scene, &view, finish, (&folder, &name), progress);
-        let job = match (self.kind(), self.octree.model.clone(), self.exact.scene.clone()) {
-            (RendererKind::Octree, Some(model), _) => Job::start(ctx, move |progress, results| results.give(save(&model.scene, progress))),
-            (RendererKind::Exact, _, Some((_, scene))) => Job::start(ctx, move |progress, results| results.give(save(&scene, progress))),
-            _ => return self.say("there is no picture yet"),
-        };
-        self.saving = Some(job);
-    }
-
     /// The job on its way: what it does and how much is done.
     pub(super) fn activity(&self) -> Option<(&'static str, Option<f32>)> {
         let named = |(stage, done): (&'static str, Option<f32>)| (if stage.is_empty() { "working" } else { stage }, done);
@@ -334,7 +314,7 @@ impl Viewer {
     }
 
     /// The same view as it is measured and saved.
-    fn exact_view(&self) -> View {
+    pub(super) fn exact_view(&self) -> View {
         let view = self.wanted();
         View { settings: RenderSettings { min_transmittance: RenderSettings::new(1, 1).min_transmittance, ..view.settings }, ..view }
     }
@@ -345,12 +325,13 @@ impl Viewer {
         self.run_octree(ctx);
         self.run_exact(ctx);
         self.run_camera_job();
+        self.run_session_job();
         match self.saving.as_ref().map(Job::poll) {
             None | Some(Polled::Pending) => {}
             Some(ended) => {
                 self.saving = None;
                 match outcome(ended) {
-                    Ok(path) => self.say(format!("wrote {}", absolute(&path).display())),
+                    Ok(done) => self.say(done),
                     Err(error) => self.fail(error),
                 }
             }
@@ -360,30 +341,28 @@ impl Viewer {
         }
     }
 
-    fn run_loading(&mut self, ctx: &egui::Context) {
-        let ended = match self.loading.as_ref().map(Job::poll) {
-            None | Some(Polled::Pending) => return,
-            Some(ended) => ended,
-        };
-        self.loading = None;
-        match outcome(ended) {
-            Ok(Some(document)) => self.show_document(ctx, document),
-            Ok(None) => {}
-            Err(error) => self.fail(error),
+    /// What pictures are drawn from at their best, for the renderer chosen.
+    pub(super) fn picture_scene(&self) -> Option<Arc<Scene>> {
+        match self.kind() {
+            RendererKind::Octree => self.octree.model.as_ref().map(|model| model.scene.clone()),
+            RendererKind::Exact => self.exact.scene.as_ref().map(|(_, scene)| scene.clone()),
         }
     }
 
-    fn show_document(&mut self, ctx: &egui::Context, document: Document) {
+    /// A volume is drawn from its octree only.
+    pub(super) fn settle_renderer(&mut self) {
+        if self.document.data.mesh().is_none() {
+            self.settings.render.renderer = RendererKind::Octree;
+        }
+    }
+
+    /// Puts another document in the place of the one that is open.
+    pub(super) fn show_document(&mut self, ctx: &egui::Context, document: Document) {
         ctx.send_viewport_cmd(egui::ViewportCommand::Title(title(&document.name)));
-        self.say(format!("opened {}", document.name));
         self.opening = Camera::orbit(document.data.bounds().translated(document.data.center()), 0, 1.0);
         self.settings.camera = self.opening;
         self.settings.field = document.field.clone();
         self.document = document;
-        if self.document.data.mesh().is_none() {
-            self.settings.render.renderer = RendererKind::Octree;
-        }
-        self.histories = Histories::new(&self.settings);
         self.octree = self.octree.emptied();
         self.exact = ExactStage::default();
         self.shown = [None, None];
@@ -633,14 +612,6 @@ impl Viewer {
         }
     }
 
-    /// Opens a file that was dropped on the window.
-    fn take_dropped(&mut self, ctx: &egui::Context) {
-        let dropped = ctx.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
-        if let Some(path) = dropped {
-            self.open(ctx, path);
-        }
-    }
-
     /// Shows all of the mesh from the same direction.
     pub(super) fn fit(&mut self) {
         let data = &self.document.data;
@@ -658,6 +629,7 @@ impl Viewer {
 impl eframe::App for Viewer {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
+        self.pixels_per_point = f64::from(ctx.pixels_per_point());
         self.obey_keys(&ctx);
         self.take_dropped(&ctx);
         egui::Panel::left("controls").exact_size(300.0).resizable(false).show(ui, |ui| {
@@ -671,6 +643,8 @@ impl eframe::App for Viewer {
         self.run_jobs(&ctx);
         egui::CentralPanel::no_frame().show(ui, |ui| self.picture(ui));
         self.help_sheet(&ctx);
+        self.turntable_panel(&ctx);
+        self.problem_panel(&ctx);
     }
 }
 
@@ -689,8 +663,4 @@ fn is_fine_enough(shown: &View, wanted: &View, divisor: u32) -> bool {
     let settings = RenderSettings { width: wanted.settings.width, height: wanted.settings.height, ..shown.settings };
     let full = divisor > 1 || (shown.settings.width, shown.settings.height) == (width, height);
     large && full && settings == wanted.settings && shown.camera == wanted.camera && shown.transfer_function == wanted.transfer_function
-}
-
-fn absolute(path: &Path) -> PathBuf {
-    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
