@@ -98,6 +98,9 @@ fn sessions_files_and_turntables() {
 
     // A session stands for the picture: in the command, and opened again in the window.
     let first = window.state().camera();
+    let window_size = window.state().picture_size();
+    let size = |session: Session| [session.render.width, session.render.height];
+    assert_eq!(size(window.state().session()), window_size, "pictures are as large as in the window unless told otherwise");
     let camera = first.rolled(0.3).rotated(0.4, -0.2);
     window.state_mut().set_camera(camera);
     window.state_mut().set_parts(Parts::of(&[Part::Bar, Part::Axes, Part::Bounds]));
@@ -166,7 +169,7 @@ fn sessions_files_and_turntables() {
     assert!(kept.find("seen.json") < kept.find("ball.vtu") && !kept.contains("odd.json"), "{kept}");
 
     // A turntable begins with the picture, without its back if so told.
-    window.get_by_label("No back").click_accesskit();
+    window.get_by_label("Transparent").click_accesskit();
     let first = screenshot(&mut window);
     assert!(image::load_from_memory(&first).expect("a PNG").color().has_alpha());
     window.get_by_label("Turntable...").click_accesskit();

@@ -51,6 +51,7 @@ impl Viewer {
         ui.horizontal(|ui| {
             self.screenshot_button(ui);
             self.turntable_button(ui);
+            self.transparent_checkbox(ui);
         });
         self.picture_size_widgets(ui);
         ui.horizontal(|ui| {

@@ -180,25 +180,18 @@ impl Viewer {
             );
             ui.weak("Pixels").on_hover_text("Width and height of saved pictures");
             ui.horizontal(|ui| {
+                // Before the first frame the window has no size.
                 let mut pixels = pictures.pixels(window);
-                let [before, sides] = [pixels, pixels];
                 for (i, name) in ["width", "height"].into_iter().enumerate() {
                     if i == 1 {
                         ui.label("x");
                     }
-                    let value = DragValue::new(&mut pixels[i]).range(1..=RenderSettings::LONGEST_SIDE).speed(4.0);
-                    let response = ui.add(value).on_hover_text(format!("The {name} of saved pictures in pixels"));
-                    response.widget_info(|| {
-                        let mut info = egui::WidgetInfo::drag_value(true, f64::from(sides[i]));
-                        info.label = Some(format!("Picture {name}"));
-                        info
-                    });
+                    let sides = 1..=RenderSettings::LONGEST_SIDE;
+                    let value = DragValue::new(&mut pixels[i]).range(sides).clamp_existing_to_range(false).speed(4.0);
+                    if ui.add(value).on_hover_text(format!("The {name} of saved pictures in pixels")).changed() {
+                        (pictures.size, pictures.own) = (PictureSize::Own(pixels), pixels);
+                    }
                 }
-                if pixels != before {
-                    (pictures.size, pictures.own) = (PictureSize::Own(pixels), pixels);
-                }
-                ui.checkbox(&mut pictures.transparent, "No back")
-                    .on_hover_text("Keep the alpha of saved pictures: nothing lies behind them");
             });
             ui.end_row();
         });
@@ -242,7 +235,13 @@ impl Viewer {
         self.pictures.turntable_is_open = is_open;
     }
 
-    /// A turntable button's tooltip and the screenshot's own.
+    /// Whether saved pictures keep their alpha.
+    pub(super) fn transparent_checkbox(&mut self, ui: &mut Ui) {
+        let text = "Keep the alpha of saved pictures: nothing lies behind them";
+        ui.checkbox(&mut self.pictures.transparent, "Transparent").on_hover_text(text);
+    }
+
+    /// The button that writes a picture.
     pub(super) fn screenshot_button(&mut self, ui: &mut Ui) {
         let text = tip("Write the picture to a PNG in the current folder", Action::Screenshot);
         if ui.button("Screenshot").on_hover_text(text).clicked() {
