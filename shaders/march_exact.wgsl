@@ -82,7 +82,9 @@ fn walk(face: u32, ray: Ray, light: ptr<function, Light>, reached: ptr<function,
     var c = corner(surface_vertices[entered.y].w);
     var tet = entered.w;
     var near = place(a, b, c);
-    if (near.t > *reached + SEAM) { forget_last(); }
+    if (with_surfaces && near.t > *reached + SEAM) { forget_last(); }
+    // What planes clip off behind is not met.
+    let limit = select(FAR, ray.t_out, frame.clip_count > 0u);
     // Signs are exact, so that no tet of a chain comes twice.
     let most = arrayLength(&tet_points);
     for (var step = 0u; step < most; step += 1u) {
@@ -112,19 +114,22 @@ fn walk(face: u32, ray: Ray, light: ptr<function, Light>, reached: ptr<function,
         *tets += 1u;
         let far = place(a, b, c);
         let t_in = max(near.t, *reached);
-        if (far.t > t_in) {
-            *reached = far.t;
+        let t_out = min(far.t, limit);
+        if (t_out > t_in) {
+            *reached = t_out;
             var ends = vec2<f32>(far.value);
             if (on_cells) {
                 ends = vec2<f32>(cell_values[tet]);
             } else {
                 ends.x = mix(near.value, far.value, (t_in - near.t) / (far.t - near.t));
+                if (t_out < far.t) { ends.y = mix(near.value, far.value, (t_out - near.t) / (far.t - near.t)); }
             }
             var gradient = vec3<f32>(0.0);
             if (shade_volume) { gradient = tet_gradient(); }
-            pass_piece(ray, Piece(vec2<f32>(t_in, far.t), ends, (far.t - t_in) * ray.length, gradient), light);
+            pass_piece(ray, Piece(vec2<f32>(t_in, t_out), ends, (t_out - t_in) * ray.length, gradient), light);
             if ((*light).transmittance < frame.min_transmittance) { return false; }
         }
+        if (far.t >= limit) { return false; }
         near = far;
         let rank = u32(opposite > a.seen.id) + u32(opposite > b.seen.id) + u32(opposite > c.seen.id);
         tet = select(select(behind.x, behind.y, rank == 1u), select(behind.z, behind.w, rank == 3u), rank >= 2u);
@@ -159,4 +164,24 @@ fn meet(ray: Ray, piece: Piece, value: f32) -> Meeting {
 
 fn add_light(light: ptr<function, Light>, front: f32, back: f32, piece_length: f32) {
     add_cut(light, front, back, piece_length);
+}
+
+// How much of a pixel an edge of the tet covers on a plane: within half a pixel of it all.
+fn edge_on_plane(ray: Ray, t: f32, normal: vec3<f32>) -> f32 {
+    let at = ray.origin + ray.direction * t;
+    var distance = FAR;
+    for (var i = 0u; i < 4u; i += 1u) {
+        let a = vertices[tet_corners[(i + 1u) & 3u]].xyz;
+        let face = cross(vertices[tet_corners[(i + 2u) & 3u]].xyz - a, vertices[tet_corners[(i + 3u) & 3u]].xyz - a);
+        // Along the plane the face is farther than straight.
+        let along = face - normal * dot(face, normal);
+        let steepness = length(along);
+        if (steepness > 0.0) { distance = min(distance, abs(dot(face, at - a)) / steepness); }
+    }
+    return clamp(1.0 - (distance / pixel_width(ray, t) - 0.5), 0.0, 1.0);
+}
+
+// The width of a pixel at t.
+fn pixel_width(ray: Ray, t: f32) -> f32 {
+    return length(frame.right_origin + frame.right * (t - ray.t_eye - frame.eye_distance)) * frame.pixel_size.x;
 }

@@ -1,7 +1,23 @@
-// Stage: viewport. Puts the marched image into the window: texel for pixel at the same size, linearly in between at another. The window's
-// target is display-encoded already, so values are written as they are, premultiplied, over what was painted before.
+// Stage: viewport. Puts marched images into the window: texel for pixel at the same size, linearly in between at another. One image, two
+// beside each other, or their difference. The window's target is display-encoded already, so values are written as they are, premultiplied,
+// over what was painted before.
 
 @group(0) @binding(0) var image: texture_2d<f32>;
+@group(0) @binding(1) var other: texture_2d<f32>;
+@group(0) @binding(2) var<uniform> comparison: Comparison;
+
+const ONE: u32 = 0u;
+const WIPE: u32 = 1u;
+const DIFFERENCE: u32 = 2u;
+
+struct Comparison {
+    // ONE: the image; WIPE: left of the divider the image, right of it the other; DIFFERENCE: of the two, by channel.
+    mode: u32,
+    // In images from the left.
+    divider: f32,
+    // What differences are multiplied by.
+    gain: f32,
+}
 
 struct Corner {
     @builtin(position) position: vec4<f32>,
@@ -16,21 +32,29 @@ fn cover(@builtin(vertex_index) index: u32) -> Corner {
     return Corner(vec4<f32>(at.x * 2.0 - 1.0, 1.0 - at.y * 2.0, 0.0, 1.0), at);
 }
 
-fn texel(at: vec2<i32>, size: vec2<i32>) -> vec4<f32> {
-    return textureLoad(image, clamp(at, vec2<i32>(0), size - 1), 0);
+fn texel(source: texture_2d<f32>, at: vec2<i32>, size: vec2<i32>) -> vec4<f32> {
+    return textureLoad(source, clamp(at, vec2<i32>(0), size - 1), 0);
 }
 
-@fragment
-fn show(corner: Corner) -> @location(0) vec4<f32> {
-    let size = vec2<i32>(textureDimensions(image));
-    let at = corner.at * vec2<f32>(size) - 0.5;
+fn sampled(source: texture_2d<f32>, place: vec2<f32>) -> vec4<f32> {
+    let size = vec2<i32>(textureDimensions(source));
+    let at = place * vec2<f32>(size) - 0.5;
     // At equal sizes `at` is a texel but for rounding, which must not blend in the next one.
     let nearest = round(at);
     let exact = select(at, nearest, abs(at - nearest) < vec2<f32>(0.01));
     let first = floor(exact);
     let weight = exact - first;
     let low = vec2<i32>(first);
-    let upper = mix(texel(low, size), texel(low + vec2<i32>(1, 0), size), weight.x);
-    let lower = mix(texel(low + vec2<i32>(0, 1), size), texel(low + vec2<i32>(1, 1), size), weight.x);
+    let upper = mix(texel(source, low, size), texel(source, low + vec2<i32>(1, 0), size), weight.x);
+    let lower = mix(texel(source, low + vec2<i32>(0, 1), size), texel(source, low + vec2<i32>(1, 1), size), weight.x);
     return mix(upper, lower, weight.y);
+}
+
+@fragment
+fn show(corner: Corner) -> @location(0) vec4<f32> {
+    if comparison.mode == WIPE && corner.at.x >= comparison.divider { return sampled(other, corner.at); }
+    let color = sampled(image, corner.at);
+    // Differences are on black, whatever lies behind the picture.
+    if comparison.mode == DIFFERENCE { return vec4<f32>(abs(color - sampled(other, corner.at)).rgb * comparison.gain, 1.0); }
+    return color;
 }

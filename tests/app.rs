@@ -3,6 +3,9 @@
 use egui::accesskit::{Role, Toggled};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+#[path = "app/tools.rs"]
+mod tools;
+
 use octetra::app::{Options, Viewer, wgpu_setup};
 use octetra::furniture::Parts;
 use octetra::mesh::generate::{Shape, plan};
@@ -191,6 +194,153 @@ fn presets_are_marked_while_they_hold() {
     assert_eq!(marked(&window), [false; 4]);
 }
 
+/// Drags what has this name by so many points.
+fn drag(window: &mut Window, name: &str, by: egui::Vec2) {
+    let from = window.get_by_label(name).rect().center();
+    window.drag_at(from);
+    window.step();
+    for part in [0.5, 1.0] {
+        window.hover_at(from + by * part);
+        window.step();
+    }
+    window.drop_at(from + by);
+    window.step();
+}
+
+/// Types a number where one is shown.
+fn type_number(window: &mut Window, name: &str, text: &str) {
+    window.get_by_label(name).click();
+    window.run_steps(3); // the first two clicks of a drag value could be the beginning of a drag
+    window.event(egui::Event::Text(text.to_owned()));
+    window.step();
+    window.key_press(egui::Key::Enter);
+    window.run_steps(2);
+}
+
+#[test]
+fn opacity_and_colours_are_edited() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut window = open(folder.path());
+    let before = picture(&mut window);
+    let function = |window: &Window| window.state().transfer_function().clone();
+    let viridis = TransferFunction::preset("viridis").expect("a preset");
+    assert_eq!(function(&window), viridis);
+
+    // A knot is dragged: more opacity, from a smaller value on.
+    drag(&mut window, "opacity knot 2", egui::vec2(-60.0, -20.0));
+    let [x, opacity] = function(&window).opacity[1];
+    assert!((0.6..0.9).contains(&x) && (0.7..0.8).contains(&opacity), "{x}, {opacity}");
+    settle(&mut window);
+    assert!(rms(&before, &picture(&mut window)) > 3.0, "the picture follows");
+    // Its numbers are typed.
+    type_number(&mut window, "knot opacity", "0.25");
+    assert_eq!(function(&window).opacity[1], [x, 0.25]);
+    // A click adds one, a right click takes one away, Delete the chosen one; the last stays.
+    window.get_by_label("opacity over the value").click();
+    window.run_steps(2);
+    assert_eq!(function(&window).opacity.len(), 3);
+    window.get_by_label("opacity knot 3").click_secondary();
+    window.run_steps(2);
+    assert_eq!(function(&window).opacity.len(), 2);
+    for _ in 0..2 {
+        window.get_by_label("opacity knot 1").click();
+        window.run_steps(2);
+        window.key_press(egui::Key::Delete);
+        window.run_steps(2);
+    }
+    assert_eq!(function(&window).opacity.len(), 1);
+
+    // Colours: their knots move too, and turn around.
+    drag(&mut window, "colour knot 8", egui::vec2(12.0, 0.0));
+    let moved = function(&window).color[7][0] - viridis.color[7][0];
+    assert!((0.03..0.06).contains(&moved), "by {moved}");
+    window.get_by_label("Invert").click();
+    window.run_steps(2);
+    assert_eq!(function(&window).color[0][1..], viridis.color[viridis.color.len() - 1][1..]);
+
+    // A double click on a knot opens the choice of its colour.
+    let at = window.get_by_label("colour knot 8").rect().center();
+    window.hover_at(at);
+    window.step();
+    let (button, modifiers) = (egui::PointerButton::Primary, egui::Modifiers::NONE);
+    let press = |pressed| egui::Event::PointerButton { pos: at, button, pressed, modifiers };
+    window.input_mut().events.extend([true, false, true, false].map(press));
+    window.run_steps(2);
+    assert!(egui::Popup::is_any_open(&window.ctx), "the colour is being chosen");
+    let before = function(&window).color[7];
+    window.get_by_label("hue").click();
+    window.run_steps(2);
+    assert_ne!(function(&window).color[7], before);
+    window.key_press(egui::Key::Escape);
+    window.run_steps(2);
+    assert!(!egui::Popup::is_any_open(&window.ctx));
+
+    // Another map keeps the opacity, which is the user's own now.
+    let opacity = function(&window).opacity;
+    window.get_by_role_and_label(Role::ComboBox, "Colour map").click();
+    window.run_steps(3);
+    window.get_by_label("inferno").click();
+    window.run_steps(2);
+    let inferno = TransferFunction::preset("inferno").expect("a preset");
+    assert_eq!((function(&window).color, function(&window).opacity), (inferno.color, opacity));
+}
+
+#[test]
+fn range_scale_and_files_of_the_transfer_function() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut window = open(folder.path());
+    let before = picture(&mut window);
+    let function = |window: &Window| window.state().transfer_function().clone();
+    // The ball's field goes from 0 to 1: no logarithm, until the range is above 0.
+    let is_disabled = |window: &Window| window.get_by_label("log").accesskit_node().is_disabled();
+    assert!(is_disabled(&window));
+    type_number(&mut window, "range from", "0.01");
+    let [lo, hi] = function(&window).range.expect("typed");
+    assert!(lo == 0.01 && (0.5..2.0).contains(&hi), "{lo} to {hi}");
+    assert!(!is_disabled(&window));
+    window.get_by_label("log").click_accesskit();
+    settle(&mut window);
+    assert_eq!(function(&window).scale, octetra::view::Scale::Log);
+    let log = picture(&mut window);
+    assert!(rms(&before, &log) > 3.0, "a logarithm is another picture");
+    drag(&mut window, "range high", egui::vec2(-80.0, 0.0));
+    let [_, shorter] = function(&window).range.expect("dragged");
+    assert!(shorter < 0.9 * hi && shorter > 0.3 * hi, "{shorter} of {hi}");
+    window.get_by_label("Whole range").click_accesskit();
+    window.run_steps(2);
+    assert_eq!(function(&window).range, None);
+    window.get_by_label_contains("drawn linear");
+    window.get_by_label("linear").click_accesskit();
+    window.get_by_label("Discrete").click_accesskit();
+    window.get_by_label("above").click_accesskit();
+    window.run_steps(2);
+    assert_eq!((function(&window).steps, function(&window).above.is_some()), (Some(8), true));
+
+    // ParaView's colour maps are read, the first is shown, the others can be chosen; what is no map changes nothing.
+    let path = folder.path().join("maps.json");
+    let maps = r#"[{"Name": "One", "RGBPoints": [0,1,0,0, 1,1,0,0]}, {"Name": "Two", "RGBPoints": [5,0,1,0, 9,0,0,1],},]"#;
+    std::fs::write(&path, maps).expect("written");
+    let ctx = window.ctx.clone();
+    window.state_mut().open_transfer(&ctx, path.clone());
+    while !window.state().status().contains("read 2") {
+        assert!(window.state().status().is_empty(), "{}", window.state().status());
+        window.step();
+    }
+    assert_eq!(function(&window).color, [[0.0, 1.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0]]);
+    window.get_by_role_and_label(Role::ComboBox, "Colour map").click();
+    window.run_steps(3);
+    window.get_by_label("Two").click_accesskit();
+    window.run_steps(2);
+    assert_eq!(function(&window).color, [[0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 1.0]]);
+    let kept = function(&window);
+    std::fs::write(&path, "[1, 2]").expect("written");
+    window.state_mut().open_transfer(&ctx, path);
+    while !window.state().status().contains("maps.json: not a transfer function") {
+        window.step();
+    }
+    assert_eq!(function(&window), kept);
+}
+
 #[test]
 fn boundary_and_reconstruction_rebuild_the_octree() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -297,12 +447,12 @@ fn exact_looks_like_the_octree() {
     window.state_mut().set_params(OctreeParams { max_depth: 6, tolerance: Some(0.01), ..OctreeParams::default() });
     settle(&mut window);
     let octree = picture(&mut window);
-    window.get_by_label("exact").click();
+    window.get_by_label("exact").click_accesskit(); // it may be scrolled out of sight
     settle(&mut window);
     let exact = picture(&mut window);
     let difference = rms(&octree, &exact);
     assert!(difference > 0.0 && difference < 3.0, "{difference} levels");
-    window.get_by_label("octree").click();
+    window.get_by_label("octree").click_accesskit();
     settle(&mut window);
     let back = rms(&octree, &picture(&mut window));
     assert!(back < SAME, "and back again: {back} levels");

@@ -65,6 +65,39 @@ fn render_draws_the_bundled_mesh_and_says_what_it_measured() {
 }
 
 #[test]
+fn transfer_functions_are_listed_written_and_drawn_with() {
+    let folder = folder();
+    let list = done(folder.path(), &["colormap"]);
+    assert!(list.starts_with("standard") && list.contains("Black-Body Radiation"), "{list}");
+    done(folder.path(), &["colormap", "viridis", "--scale", "symlog=0.5", "--range=-0.5,2", "-o", "own.json"]);
+    assert_eq!(json(&folder.path().join("own.json"))["scale"]["symlog"], 0.5);
+    done(folder.path(), &["colormap", "own.json", "--paraview", "-o", "map.json"]);
+    assert_eq!(json(&folder.path().join("map.json"))[0]["RGBPoints"][0], -0.5);
+    let draw = |name: &str, more: &[&str]| {
+        let common = ["render", "--preset", "fast", "--device", "cpu", "--size", "24", "-o", "a.png", "--raw", name];
+        done(folder.path(), &[&common, more].concat());
+        octetra::image::read_npy(&folder.path().join(name)).expect("NPY")
+    };
+    // ParaView's form of it is the same over the same range, but for the ends of the opacity.
+    let (own, map) = (draw("own.npy", &["--tf", "own.json"]), draw("map.npy", &["--tf", "map.json:own", "--range=-0.5,2"]));
+    assert!(octetra::image::difference(&own, &map).1 < 0.01, "{:?}", octetra::image::difference(&own, &map));
+    let thin = draw("thin.npy", &["--tf", "own.json", "--opacity-scale", "0.1"]);
+    let alpha = |image: &octetra::Image| image.pixels.iter().map(|p| f64::from(p[3])).sum::<f64>();
+    assert!(alpha(&thin) < 0.5 * alpha(&own), "a tenth of the extinction");
+
+    std::fs::remove_file(folder.path().join("a.png")).expect("there");
+    for name in ["own.npy", "map.npy", "thin.npy"] {
+        std::fs::remove_file(folder.path().join(name)).expect("there");
+    }
+    let log = refused(folder.path(), &["render", "--scale", "log"]);
+    assert!(log.contains("bundled mesh") && log.contains("a range above 0"), "{log}");
+    std::fs::write(folder.path().join("many.json"), r#"[{"Name": "A", "RGBPoints": [0,0,0,0]}, {"Name": "B", "RGBPoints": [0,0,0,0]}]"#)
+        .expect("written");
+    let many = refused(folder.path(), &["render", "--tf", "many.json"]);
+    assert!(many.contains("many.json") && many.contains("A, B"), "{many}");
+}
+
+#[test]
 fn octree_and_exact_show_the_same_and_the_device_does_not_matter() {
     let folder = folder();
     let shot = |name: &str, more: &[&str]| {
@@ -264,4 +297,33 @@ fn furniture_stands_in_the_picture_and_not_in_the_raw_image() {
     let wrong = octetra(folder.path(), &["render", "--furniture", "bar,legs"]);
     assert_eq!(wrong.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&wrong.stderr).contains("bar, axes, box"));
+}
+
+#[test]
+fn probe_says_what_is_at_places_in_a_table_and_in_files() {
+    let folder = folder();
+    done(folder.path(), &["generate", "cube", "-o", "cube.vtu"]);
+    let probe = |args: &[&str]| done(folder.path(), &[&["probe", "cube.vtu", "--max-depth", "4"], args].concat());
+    let table = probe(&["--at", "0.5,0.25,0.125", "--at", "-1,2,3", "-o", "points.json"]);
+    let lines: Vec<&str> = table.lines().collect();
+    assert!(lines.len() == 3 && lines[0].starts_with("x ") && lines[1].contains("tetrahedron") && lines[1].contains("depth"), "{table}");
+    assert!(lines[2].starts_with("-1 ") && lines[2].split_whitespace().skip(3).all(|word| word == "-"), "{table}");
+    let points = json(&folder.path().join("points.json"));
+    let (data, octree) = (points[0]["data"].as_f64().expect("a number"), points[0]["octree"].as_f64().expect("a number"));
+    assert!((data - octree).abs() < 1e-4 * data.abs().max(1.0), "linear: {data}, {octree}");
+    assert!(points[1]["data"].is_null() && points[1]["cell"].is_null());
+
+    probe(&["--line", "0,0,0:1,1,1", "--samples", "11", "-o", "line.csv"]);
+    let text = std::fs::read_to_string(folder.path().join("line.csv")).expect("a file");
+    let rows: Vec<Vec<f64>> =
+        text.lines().skip(1).map(|row| row.split(',').take(6).map(|v| v.parse().expect("a number")).collect()).collect();
+    assert!(rows.len() == 11 && (rows[10][0] - 3f64.sqrt()).abs() < 1e-12 && rows[5][1] == 0.5, "{text}");
+    let mean = (rows[0][4] + rows[10][4]) / 2.0;
+    assert!((rows[5][4] - mean).abs() < 1e-9, "linear along the diagonal: {text}");
+
+    for wrong in
+        [&["probe", "cube.vtu"][..], &["probe", "cube.vtu", "--at", "1,2"], &["probe", "cube.vtu", "--at", "1,2,3", "--samples", "5"]]
+    {
+        assert_eq!(octetra(folder.path(), wrong).status.code(), Some(2), "{wrong:?}");
+    }
 }

@@ -16,10 +16,11 @@ const LAYERS: [&[&str]; 8] = [
 ];
 
 /// Crates and the places under `src/` that may name them.
-const PLACES: [(&str, &[&str]); 5] = [
+const PLACES: [(&str, &[&str]); 6] = [
     ("wgpu", &["gpu/", "app/viewport.rs"]),
     ("egui", &["app/"]),
     ("eframe", &["app/"]),
+    ("egui_plot", &["app/"]),
     ("clap", &["cli/", "main.rs"]),
     ("anyhow", &["cli/", "app/", "main.rs"]),
 ];

@@ -12,7 +12,7 @@ use octetra::octree::{OctreeParams, OctreeTexture, Preset, Reconstruction, regul
 use octetra::progress::Progress;
 use octetra::render::{DeviceChoice, RayNumbers, Renderer, Scene};
 use octetra::view::{Camera, Isosurface, Isosurfaces, LightSource, Mode, Phong, Projection, RenderSettings, Shading, Skip, Steps};
-use octetra::view::{TransferFunction, View};
+use octetra::view::{Plane, PlaneUse, Planes, TransferFunction, View};
 use octetra::volume::{Grid, GridFrame, Samples};
 use std::path::PathBuf;
 
@@ -273,6 +273,100 @@ fn a_shaded_volume_is_as_bright_as_its_gradient_faces() {
     }
 }
 
+#[test]
+fn clipped_rays_see_what_is_left_and_planes_the_values_on_them() {
+    let renderer = Renderer::new(DeviceChoice::Cpu).expect("the CPU");
+    let cube = cube(4);
+    let field = point_field(&cube, |p| p.x + 0.5 * p.y);
+    let exact = renderer.exact_scene(&cube, &field, &Progress::new()).expect("fits");
+    let octree = octree(&renderer, &cube, &field, &OctreeParams { max_depth: 5, ..OctreeParams::default() });
+    let normal = DVec3::new(0.25, 1.0, 0.5);
+    let clip = |point, normal| Plane { point, normal, used: PlaneUse::Clip };
+    let cut = Plane { point: DVec3::new(0.0, 0.25, 0.0), normal, used: PlaneUse::Cut { opacity: 0.75, edges: false } };
+    // y of a plane at (x, z).
+    let height = |plane: &Plane, x: f64, z: f64| {
+        plane.point.y - ((x - plane.point.x) * plane.normal.x + (z - plane.point.z) * plane.normal.z) / plane.normal.y
+    };
+    let from_below = clip(DVec3::new(0.0, -0.5, 0.1), DVec3::new(-0.3, 2.0, 0.1));
+    let from_above = clip(DVec3::new(0.0, 0.75, 0.0), DVec3::new(0.1, -1.0, -0.2));
+    let beside = clip(DVec3::new(0.4, 0.0, 0.0), DVec3::NEG_X);
+    let size = 24;
+    let grey = TransferFunction {
+        color: vec![[0.0, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0, 1.0]],
+        opacity: vec![[0.0, 1.0]],
+        unit_distance: Some(2.0),
+        ..TransferFunction::standard()
+    };
+    for (scene, tolerance) in [(&exact, 1e-5), (&octree, 2e-3)] {
+        for steps in [Steps::Leaf, Steps::Fixed, Steps::Paper] {
+            for skip in [Skip::Octree, Skip::Parts(3)] {
+                // The mean of what is left: the field at the middle of the part of each ray.
+                let planes = Planes::new(&[from_below, from_above, beside]).expect("valid");
+                let settings = RenderSettings { steps, skip, planes, ..RenderSettings::new(size, size) };
+                let view = front(RenderSettings { mode: Mode::Mean, ..settings });
+                for (i, &mean) in numbers(&renderer, scene, &view).values.iter().enumerate() {
+                    let [x, z] = across(i, size);
+                    let (low, high) = (height(&from_below, x, z), height(&from_above, x, z));
+                    if x > 0.4 {
+                        assert!(mean.is_nan(), "{x} {z}: clipped away");
+                    } else {
+                        let expected = x + 0.25 * (low + high);
+                        assert!((f64::from(mean) - expected).abs() < tolerance, "{steps:?} {skip} {x} {z}: {mean}, {expected}");
+                    }
+                }
+                // Extinction 1/2 before the plane, and the plane itself.
+                let planes = Planes::new(&[from_below, cut]).expect("valid");
+                let view = View { transfer_function: grey.clone(), ..front(RenderSettings { planes, ..settings }) };
+                let alone = View { settings: RenderSettings { mode: Mode::Iso, ..view.settings }, ..view.clone() };
+                let [with, without] = [&view, &alone].map(|view| renderer.render(scene, view, &Progress::new()).expect("draws").image);
+                for i in 0..(size * size) as usize {
+                    let [x, z] = across(i, size);
+                    let (low, y) = (height(&from_below, x, z), height(&cut, x, z));
+                    let is_met = (low + 1e-3..0.999).contains(&y);
+                    if !is_met {
+                        continue;
+                    }
+                    let value = (x + 0.5 * y + 1.5) / 3.0;
+                    let [r, _, _, a] = without.pixels[i].map(f64::from);
+                    assert!((a - 0.75).abs() < 1e-6 && (r - 0.75 * value).abs() < tolerance, "{steps:?} {x} {z}: {r} {a}, {value}");
+                    let through = 0.25 * (-(1.0 - low) / 2.0).exp();
+                    let alpha = f64::from(with.pixels[i][3]);
+                    assert!((alpha - (1.0 - through)).abs() < tolerance, "{steps:?} {skip} {x} {z}: {alpha}, {}", 1.0 - through);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn edges_are_drawn_where_a_plane_cuts_faces() {
+    // Grid lines at multiples of 1/2 and diagonals: a plane just above a layer of points is cut into the squares' triangles.
+    let renderer = Renderer::new(DeviceChoice::Cpu).expect("the CPU");
+    let cube = cube(4);
+    let field = point_field(&cube, |p| p.y);
+    let exact = renderer.exact_scene(&cube, &field, &Progress::new()).expect("fits");
+    let used = PlaneUse::Cut { opacity: 1.0, edges: true };
+    let planes = Planes::new(&[Plane { point: DVec3::Y * 0.001, normal: DVec3::Y, used }]).expect("valid");
+    let size = 240;
+    let view = front(RenderSettings { mode: Mode::Iso, planes, ..RenderSettings::new(size, size) });
+    let picture = renderer.render(&exact, &view, &Progress::new()).expect("draws").image;
+    let pixel = 2.0 / f64::from(size);
+    let (mut dark, mut light) = (0, 0);
+    for (i, color) in picture.pixels.iter().enumerate() {
+        let [u, v] = across(i, size).map(|c| (c + 1.0) * 2.0 % 1.0 / 2.0);
+        let to_line = |c: f64| c.min(0.5 - c);
+        let distance = to_line(u).min(to_line(v)).min((u - v).abs() / 2f64.sqrt());
+        if distance < 0.55 * pixel {
+            assert!(color[0] < 0.25, "{u} {v}: {color:?} is on an edge");
+            dark += 1;
+        } else if distance > 2.0 * pixel {
+            assert_eq!(color[0], 1.0, "{u} {v}: {color:?} is not");
+            light += 1;
+        }
+    }
+    assert!(dark > 2000 && light > 20_000, "{dark} {light}");
+}
+
 /// Fields on points and on cells, in a mesh whose surface is no box's.
 fn lumpy() -> (TetMesh, [ScalarField; 2]) {
     let mut parts = MeshParts::default();
@@ -291,12 +385,15 @@ fn looks() -> Vec<(&'static str, RenderSettings)> {
     let light = LightSource::From(DVec3::new(1.0, -2.0, 3.0));
     let shading = Shading { volume: true, surfaces: true, phong: Phong { light, ..Phong::default() } };
     let isosurfaces = surfaces(&[-0.5, 0.2, 0.6], 0.4);
+    let clip = Plane { point: DVec3::new(0.1, 0.2, 0.0), normal: DVec3::new(-1.0, 2.0, 0.5), used: PlaneUse::Clip };
+    let cut = Plane { normal: DVec3::new(0.5, 0.3, 1.0), used: PlaneUse::Cut { opacity: 0.5, edges: true }, ..clip };
+    let planes = Planes::new(&[clip, cut]).expect("valid");
     vec![
         ("mip", RenderSettings { mode: Mode::Maximum, ..plain }),
         ("minip", RenderSettings { mode: Mode::Minimum, ..plain }),
         ("integral", RenderSettings { mode: Mode::Integral, ..plain }),
         ("iso", RenderSettings { mode: Mode::Iso, isosurfaces, shading, ..plain }),
-        ("shaded, with surfaces", RenderSettings { isosurfaces, shading, ..plain }),
+        ("shaded, with surfaces and planes", RenderSettings { isosurfaces, shading, planes, ..plain }),
     ]
 }
 
@@ -318,7 +415,7 @@ fn the_gpu_draws_every_mode_as_the_cpu_does() {
     let params = OctreeParams { max_depth: 5, ..OctreeParams::default() };
     let leaf = OctreeParams { reconstruction: Reconstruction::Leaf, ..params.clone() };
     let exact = |renderer: &Renderer, field| renderer.exact_scene(&lumpy, field, &Progress::new()).expect("fits");
-    let all = ["mip", "minip", "integral", "iso", "shaded, with surfaces"];
+    let all = ["mip", "minip", "integral", "iso", "shaded, with surfaces and planes"];
     // Compiling shaders takes long on a software adapter: where only the march is another, one look that uses all of it.
     let pairs = [
         ("octree", [&gpu, &cpu].map(|renderer| octree(renderer, &lumpy, &on_points, &params)), Steps::Leaf, &all[..]),

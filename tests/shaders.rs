@@ -76,7 +76,12 @@ fn structs_mirror_their_shaders() {
             pixel_size,
             cell_edge,
             split_axis,
-            split_position
+            split_position,
+            clip_count,
+            cut_count,
+            clips,
+            cuts,
+            cut_looks
         }),
         mirror!(Knot { color, extinction, value, inverse_width }),
         mirror!(Surface { color, opacity, value }),
@@ -126,6 +131,7 @@ fn constants_have_one_value() {
         ("MAX_DEPTH", cpu::MAX_DEPTH as f64),
         ("MAX_HITS", cpu::MAX_HITS as f64),
         ("MAX_LEVELS", f64::from(boundary::MAX_LEVELS)),
+        ("MOST_PLANES", octetra::view::Planes::MOST as f64),
         ("MOST_SURFACES", octetra::view::Isosurfaces::MOST as f64),
         ("MAX_STEPS", f64::from(cpu::MAX_STEPS)),
         ("CLOSE", f64::from(cpu::CLOSE)),

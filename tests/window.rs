@@ -162,6 +162,16 @@ fn every_key_does_what_the_table_says() {
                     assert_eq!(exact, Some(egui::accesskit::Toggled::True), "{what}");
                     press(&mut window, chord);
                 }
+                Action::Probe => {
+                    assert!(window.state().is_probing(), "{what}");
+                    press(&mut window, chord);
+                    assert!(!window.state().is_probing(), "{what}");
+                }
+                Action::Wipe => {
+                    assert!(window.state().is_comparing(), "{what}");
+                    press(&mut window, chord);
+                    assert!(!window.state().is_comparing(), "{what}");
+                }
                 Action::Show(part) => {
                     assert_eq!(window.state().parts(), parts.with(part, !parts.has(part)), "{what}");
                     press(&mut window, chord);

@@ -1,5 +1,7 @@
 // What all rays of an image share. Lengths are in edges of the root cube, which is [0, 1)^3.
 
+const MOST_PLANES: u32 = 6u;
+
 struct Frame {
     origin: vec3<f32>,
     eye_distance: f32,
@@ -18,6 +20,13 @@ struct Frame {
     // The axis that the halving plane is perpendicular to; 3 if rays are cut into equal parts.
     split_axis: u32,
     split_position: f32,
+    clip_count: u32,
+    cut_count: u32,
+    // Normal of length 1 and offset: of planes that clip, on whose far side all is drawn, and of those that are drawn.
+    clips: array<vec4<f32>, MOST_PLANES>,
+    cuts: array<vec4<f32>, MOST_PLANES>,
+    // Opacity, and whether edges are drawn.
+    cut_looks: array<vec4<f32>, MOST_PLANES>,
 }
 
 // Parts that rays are cut into; 0 if they are not.

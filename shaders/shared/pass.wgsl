@@ -1,5 +1,5 @@
-// What a ray makes of the values on its way. A stage says where a surface is met in a piece (`meet`) and which way the field rises where
-// values jump (`jump_gradient`).
+// What a ray makes of the values on its way. A stage says where a surface is met in a piece (`meet`), which way the field rises where
+// values jump (`jump_gradient`), and how near a place on a plane is to an edge of the mesh (`edge_on_plane`).
 // #import shared/style.wgsl
 // #import shared/phong.wgsl
 
@@ -14,6 +14,9 @@ struct Piece {
     // Where the volume is shaded: normalised values per cube edge.
     gradient: vec3<f32>,
 }
+
+// How dark an edge is.
+const EDGE_INK: f32 = 0.8;
 
 // Where a ray meets a surface, and the field's gradient there.
 struct Meeting {
@@ -30,12 +33,22 @@ var<private> surface_t: f32;
 // The last value, where what comes next continues it.
 var<private> last_value: f32;
 var<private> has_last: bool;
+// Where the ray meets each plane that is drawn, still ahead; FAR for others.
+var<private> cut_t: array<f32, MOST_PLANES>;
 
-fn start_passing() {
+fn start_passing(ray: Ray) {
     ray_number = -1.0;
     passed_length = 0.0;
     surface_t = FAR;
     has_last = false;
+    if (with_surfaces) {
+        for (var i = 0u; i < MOST_PLANES; i += 1u) {
+            let plane = frame.cuts[i];
+            let along = dot(plane.xyz, ray.direction);
+            cut_t[i] = FAR;
+            if (i < frame.cut_count && along != 0.0) { cut_t[i] = (plane.w - dot(plane.xyz, ray.origin)) / along; }
+        }
+    }
 }
 
 // What comes next does not continue what was passed last.
@@ -58,7 +71,7 @@ fn pass_piece(ray: Ray, piece: Piece, light: ptr<function, Light>) {
         ray_number = max(ray_number, 0.0) + 0.5 * (piece.ends.x + piece.ends.y) * piece.length;
         passed_length += piece.length;
     } else if (with_surfaces) {
-        pass_surfaces(ray, piece, light);
+        pass_cuts(ray, piece, light);
     } else {
         add_part(ray, piece, light);
     }
@@ -67,6 +80,38 @@ fn pass_piece(ray: Ray, piece: Piece, light: ptr<function, Light>) {
 // Whether a value is passed on the way from one to another.
 fn is_between(front: f32, back: f32, value: f32) -> bool {
     return (front < value) != (back < value);
+}
+
+// Passes a piece, cut at each plane in it that is drawn, in the order of the ray.
+fn pass_cuts(ray: Ray, piece: Piece, light: ptr<function, Light>) {
+    var rest = piece;
+    loop {
+        var next = MOST_PLANES;
+        var t = rest.span.y;
+        for (var i = 0u; i < frame.cut_count; i += 1u) {
+            if (cut_t[i] >= rest.span.x && cut_t[i] < t) {
+                next = i;
+                t = cut_t[i];
+            }
+        }
+        if (next == MOST_PLANES) { break; }
+        cut_t[next] = FAR;
+        let value = rest.ends.x + (rest.ends.y - rest.ends.x) * ((t - rest.span.x) / (rest.span.y - rest.span.x));
+        pass_surfaces(ray, piece_part(rest, vec2<f32>(rest.span.x, t), vec2<f32>(rest.ends.x, value)), light);
+        add_plane(ray, next, t, value, light);
+        if ((*light).transmittance < frame.min_transmittance) { return; }
+        rest = piece_part(rest, vec2<f32>(t, rest.span.y), vec2<f32>(value, rest.ends.y));
+    }
+    pass_surfaces(ray, rest, light);
+}
+
+// Adds a plane that is drawn, in the colour of the value on it.
+fn add_plane(ray: Ray, i: u32, t: f32, value: f32, light: ptr<function, Light>) {
+    let look = frame.cut_looks[i];
+    var color = classify(interval_of(value), value).color;
+    if (look.y > 0.0) { color *= 1.0 - EDGE_INK * edge_on_plane(ray, t, frame.cuts[i].xyz); }
+    (*light).color += ((*light).transmittance * look.x) * color;
+    (*light).transmittance *= 1.0 - look.x;
 }
 
 // Passes a piece, cut at each surface in it, in the order of the ray.
@@ -116,7 +161,7 @@ fn piece_part(piece: Piece, span: vec2<f32>, ends: vec2<f32>) -> Piece {
 
 // Adds the light of a piece.
 fn add_part(ray: Ray, piece: Piece, light: ptr<function, Light>) {
-    if (mode != COMPOSITE || piece.length <= 0.0) { return; }
+    if (mode != COMPOSITE || (with_surfaces && piece.length <= 0.0)) { return; }
     let before = *light;
     add_light(light, piece.ends.x, piece.ends.y, piece.length);
     if (shade_volume) { *light = relit(lit_gradient(piece.gradient, to_eye(ray)), before, *light); }

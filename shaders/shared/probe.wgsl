@@ -51,6 +51,11 @@ fn middle(cell: Cell) -> vec3<f32> {
     return vec3<f32>(cell.low) + 0.5 * f32(cell.size);
 }
 
+// The octree knows no edges.
+fn edge_on_plane(ray: Ray, t: f32, normal: vec3<f32>) -> f32 {
+    return 0.0;
+}
+
 fn jump_gradient(ray: Ray, t: f32) -> vec3<f32> {
     return probe(ray, t).gradient;
 }

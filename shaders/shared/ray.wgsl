@@ -39,15 +39,28 @@ fn enter(ray: CubeRay) -> Ray {
     let to_high = (1.0 - ray.origin) * inverse;
     let nears = select(min(to_low, to_high), vec3<f32>(-FAR), parallel);
     let fars = select(max(to_low, to_high), vec3<f32>(FAR), parallel);
-    let near = max(max(nears.x, max(nears.y, nears.z)), ray.t_eye);
-    let far = min(fars.x, min(fars.y, fars.z));
+    var near = max(max(nears.x, max(nears.y, nears.z)), ray.t_eye);
+    var far = min(fars.x, min(fars.y, fars.z));
+    for (var i = 0u; i < frame.clip_count; i += 1u) {
+        let plane = frame.clips[i];
+        let along = dot(plane.xyz, direction);
+        let before = plane.w - dot(plane.xyz, ray.origin);
+        if (along > 0.0) {
+            near = max(near, before / along);
+        } else if (along < 0.0) {
+            far = min(far, before / along);
+        } else if (before > 0.0) {
+            far = -FAR;
+        }
+    }
     let beside = any(parallel & ((ray.origin < vec3<f32>(0.0)) | (ray.origin >= vec3<f32>(1.0))));
 
     // From here on t counts from the entry: it keeps its precision however far the eye is.
     let origin = mul_add(direction, vec3<f32>(near), ray.origin);
     let side = select(vec3<f32>(0.0), vec3<f32>(1.0), direction >= vec3<f32>(0.0));
     let leaving = (side - origin) * inverse;
-    let t_out = max(min(leaving.x, min(leaving.y, leaving.z)), 0.0);
+    var t_out = max(min(leaving.x, min(leaving.y, leaving.z)), 0.0);
+    if (frame.clip_count > 0u) { t_out = min(t_out, max(far - near, 0.0)); }
     return Ray(origin, direction, ray.length, inverse, select(t_out, 0.0, beside || near >= far), ray.t_eye - near);
 }
 

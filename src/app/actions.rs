@@ -96,6 +96,8 @@ impl Viewer {
                 RendererKind::Octree => RendererKind::Exact,
                 RendererKind::Exact => RendererKind::Octree,
             }),
+            Action::Probe => self.probe.is_on = !self.probe.is_on,
+            Action::Wipe => self.flip_wipe(),
             Action::Show(part) => {
                 let parts = &mut self.settings.look.parts;
                 *parts = parts.with(part, !parts.has(part));

@@ -44,14 +44,14 @@ impl Viewer {
 
     /// The same, for files that do not say themselves what they are.
     pub(super) fn open_source(&mut self, ctx: &egui::Context, source: Source) {
-        let memory_bytes = self.memory_bytes;
+        let memory_bytes = self.memory_bytes();
         self.say(format!("opening {}", name(&source)));
         self.load(ctx, move |progress| open(source, memory_bytes, progress).map(Some));
     }
 
     /// Reads the open file again; camera, colours and thresholds stay.
     pub fn reload(&mut self, ctx: &egui::Context) {
-        let (source, field, memory_bytes) = (self.document.source.clone(), self.settings.field.clone(), self.memory_bytes);
+        let (source, field, memory_bytes) = (self.document.source.clone(), self.settings.field.clone(), self.memory_bytes());
         self.say(format!("reading {} again", name(&source)));
         self.load(ctx, move |progress| {
             Ok(Some(Opened { document: model::open(source, &field, memory_bytes, progress)?, fate: Fate::Reload }))
@@ -72,7 +72,7 @@ impl Viewer {
     }
 
     fn choose(&mut self, ctx: &egui::Context, dialog: rfd::AsyncFileDialog) {
-        let (answer, memory_bytes) = (dialog.pick_file(), self.memory_bytes);
+        let (answer, memory_bytes) = (dialog.pick_file(), self.memory_bytes());
         self.load(ctx, move |progress| {
             pollster::block_on(answer).map(|file| open(Source::file(file.path()), memory_bytes, progress)).transpose()
         });
@@ -228,6 +228,8 @@ fn open(source: Source, memory_bytes: u64, progress: &Progress) -> Result<Opened
     let session = Session::read(&path)?;
     let field = FieldSelection { name: session.array.clone(), component: session.component };
     let document = model::open(session.data.clone(), &field, memory_bytes, progress).with_context(|| path.display().to_string())?;
+    let range = document.data.range(&document.field)?;
+    session.transfer_function.check_range(range).with_context(|| format!("{}: transfer_function", path.display()))?;
     Ok(Opened { document, fate: Fate::Session(Box::new(session), path) })
 }
 

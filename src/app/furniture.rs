@@ -1,5 +1,6 @@
 //! The furniture of the window: what is shown of it, and its painting by egui.
 
+use super::color_choice::color_button;
 use super::keys::{Action, tip};
 use super::settings::component_label;
 use super::viewer::Viewer;
@@ -129,7 +130,9 @@ impl Viewer {
             );
             if look.backdrop == Backdrop::Custom {
                 ui.label("Its colour");
-                ui.color_edit_button_srgb(&mut look.custom).on_hover_text("Choose the background's colour");
+                let mut chosen = look.custom.map(|v| f64::from(v) / 255.0);
+                color_button(ui, &mut chosen, "The background's colour");
+                look.custom = chosen.map(|v| (v * 255.0).round() as u8);
                 ui.end_row();
             }
             let mut theme = ui.ctx().options(|options| options.theme_preference);

@@ -18,6 +18,10 @@ pub enum Action {
     Screenshot,
     /// Octree or exact.
     Flip,
+    /// Shows what is under the pointer, or stops.
+    Probe,
+    /// Octree and exact side by side, or stops.
+    Wipe,
     /// Shows or hides a piece of furniture.
     Show(Part),
     /// Light or dark.
@@ -105,6 +109,8 @@ pub const GROUPS: [(&str, &[Binding]); 4] = [
             bind(&[Chord { key: Key::O, ctrl: true, shift: true }], Action::OpenSession, "open a session"),
             bind(&[key(Key::S)], Action::Screenshot, "write a screenshot"),
             bind(&[key(Key::E)], Action::Flip, "octree or exact"),
+            bind(&[key(Key::P)], Action::Probe, "say what is under the pointer"),
+            bind(&[key(Key::W)], Action::Wipe, "octree | exact side by side"),
             bind(&[key(Key::B)], Action::Show(Part::Bar), "scalar bar"),
             bind(&[key(Key::X)], Action::Show(Part::Axes), "orientation axes"),
             bind(&[key(Key::G)], Action::Show(Part::Bounds), "bounding box with ticks"),

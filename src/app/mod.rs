@@ -1,38 +1,53 @@
 //! The window: state, input, and jobs on threads. What it shows is computed by the library.
 //!
 //! ```text
-//! viewer        the window: what is open, what is chosen, what is shown, and what is on its way
-//! panel         the widgets beside the picture
-//! mode          what a pixel shows: light, surfaces, numbers
-//! thresholds    those of the octree, and its numbers
-//! files         opening and reloading; sessions
-//! recent        the files that were open lately
-//! problem       why a file could not be opened
-//! pictures      screenshots and turntables
-//! camera_panel  the camera's buttons, clipboard and files
-//! furniture     what is around and behind the picture
-//! help          the sheet of keys
-//! widgets       what they are made of
-//! keys          what keys do: one table
-//! actions       doing it
-//! navigate      mouse to cameras
-//! history       what was chosen before
-//! settings      what the user has chosen
-//! octree_stage  the octree: being built, built, measured
-//! model         the long work: opening, regularizing, measuring, exact pictures, saving
-//! jobs          work in the background, with progress, cancelled when dropped
-//! pace          how fine to draw while the view moves
-//! viewport      the picture on the GPU
+//! viewer           the window: what is open, what is chosen, what is shown, and what is on its way
+//! panel            the widgets beside the picture
+//! mode             what a pixel shows: light, surfaces, numbers
+//! transfer_editor  colours, opacity, range: the transfer function
+//! thresholds       those of the octree, and its numbers
+//! files            opening and reloading; sessions
+//! recent           the files that were open lately
+//! problem          why a file could not be opened
+//! pictures         screenshots and turntables
+//! camera_panel     the camera's buttons, clipboard and files
+//! furniture        what is around and behind the picture
+//! help             the sheet of keys
+//! widgets          what they are made of
+//! color_choice     a colour
+//! keys             what keys do: one table
+//! actions          doing it
+//! navigate         mouse to cameras
+//! history          what was chosen before
+//! settings         what the user has chosen
+//! octree_stage     the octree: being built, built, measured
+//! marching         which pictures are marched, and when
+//! slot             which pictures there are
+//! viewport         the picture on the GPU
+//! probe_tool       what is under the pointer, pins, a line: state and jobs
+//! probe_view       the same over the picture and in the panel
+//! projector        from the world to the window
+//! wipe             two pictures in one
+//! leaves           the octree's leaves over the picture
+//! tuning           the chart of settings
+//! dock             the panel under the picture
+//! model            the long work: opening, regularizing, measuring, exact pictures, saving
+//! jobs             work in the background, with progress, cancelled when dropped
+//! pace             how fine to draw while the view moves
 //! ```
 
 mod actions;
 mod camera_panel;
+mod color_choice;
+mod dock;
 mod files;
 mod furniture;
 mod help;
 mod history;
 mod jobs;
 pub mod keys;
+mod leaves;
+mod marching;
 mod mode;
 mod model;
 mod navigate;
@@ -40,13 +55,20 @@ mod octree_stage;
 mod pace;
 mod panel;
 mod pictures;
+mod probe_tool;
+mod probe_view;
 mod problem;
+mod projector;
 mod recent;
 mod settings;
+mod slot;
 mod thresholds;
+mod transfer_editor;
+mod tuning;
 mod viewer;
 mod viewport;
 mod widgets;
+mod wipe;
 
 use crate::mesh::Component;
 use crate::octree::{OctreeParams, Subject};
@@ -55,6 +77,7 @@ use crate::study::ErrorSampling;
 use crate::view::View;
 use anyhow::{Result, anyhow, bail};
 pub use pictures::PictureSize;
+pub use probe_tool::Pin;
 pub use recent::recent_file;
 use std::path::PathBuf;
 pub use viewer::{OctreeNumbers, Viewer};

@@ -1,5 +1,6 @@
 //! What a pixel shows: mode, isosurfaces, shading.
 
+use super::color_choice::color_button;
 use super::viewer::Viewer;
 use super::widgets::{choice, combo, row, rows};
 use crate::view::{Isosurface, Isosurfaces, LightSource, Mode, Shading};
@@ -93,10 +94,11 @@ fn own_color(ui: &mut Ui, color: &mut Option<[f32; 3]>) -> bool {
         *color = is_own.then_some([0.9, 0.9, 0.9]);
     }
     if let Some([r, g, b]) = color {
-        // The picture's bytes are its values: no display curve.
-        let mut bytes = [*r, *g, *b].map(|v| (v * 255.0).round() as u8);
-        if ui.color_edit_button_srgb(&mut bytes).on_hover_text("The surface's colour").changed() {
-            [*r, *g, *b] = bytes.map(|v| f32::from(v) / 255.0);
+        let before = [*r, *g, *b].map(f64::from);
+        let mut chosen = before;
+        color_button(ui, &mut chosen, "The surface's colour");
+        if chosen != before {
+            [*r, *g, *b] = chosen.map(|v| v as f32);
             changed = true;
         }
     }

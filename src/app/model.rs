@@ -8,7 +8,9 @@ use crate::octree::{Boundary, ErrorBound, OctreeParams, OctreeTexture, Subject, 
 use crate::progress::Progress;
 use crate::render::{Picture, Renderer, Scene};
 use crate::session::Source;
-use crate::study::{ErrorSampling, FieldError};
+use crate::study::probe::{LineSamples, write_csv};
+use crate::study::tune::{Effort, Record, Sweep};
+use crate::study::{Bins, ErrorSampling, FieldError, Histogram};
 use crate::view::View;
 use crate::volume::Grid;
 use anyhow::{Context, Result, bail};
@@ -56,8 +58,13 @@ impl Data {
         }
     }
 
+    /// Smallest and largest value of one of its fields, data units.
+    pub fn range(&self, selection: &FieldSelection) -> Result<[f64; 2]> {
+        Ok(self.subject(selection)?.range())
+    }
+
     /// One of its fields; a volume has only its own.
-    fn subject(&self, selection: &FieldSelection) -> Result<Subject> {
+    pub fn subject(&self, selection: &FieldSelection) -> Result<Subject> {
         Ok(match self {
             Data::Mesh(mesh) => Subject::Mesh(mesh.clone(), Arc::new(ScalarField::select(mesh, selection)?)),
             Data::Volume(grid) => Subject::Volume(grid.clone()),
@@ -207,6 +214,18 @@ pub fn measure(
     Ok(())
 }
 
+/// How often the values of a field occur, over several bins.
+pub fn histograms<const N: usize>(data: &Data, field: &FieldSelection, bins: [Bins; N], progress: &Progress) -> Result<[Histogram; N]> {
+    let subject = data.subject(field)?;
+    let counted = bins.map(|bins| Histogram::of(&subject, bins, progress));
+    // Each by itself, since arrays of results do not collect.
+    let mut all = Vec::new();
+    for histogram in counted {
+        all.push(histogram?);
+    }
+    all.try_into().map_err(|_| anyhow::anyhow!("as many histograms as bins"))
+}
+
 /// Links the mesh, if there is no scene of it, and draws it, coarsely first, unless the device can.
 pub fn draw_exact(
     renderer: &Renderer,
@@ -250,7 +269,47 @@ pub fn save_picture(
 ) -> Result<PathBuf> {
     let mut image: Image = renderer.render(scene, view, progress)?.image;
     let background = finish(&mut image);
-    let path = (0..).map(|n| folder.join(format!("{name}_{n:02}.png"))).find(|path| !path.exists()).expect("numbers do not end");
+    let path = free_path(folder, name, "png");
     write_png(&path, &image, background)?;
     Ok(path)
 }
+
+/// Writes the samples of a line to the first free `NAME_line_00.csv`, `NAME_line_01.csv`, ... of a folder.
+pub fn save_profile(profile: &LineSamples, folder: &Path, name: &str) -> Result<PathBuf> {
+    let path = free_path(folder, &format!("{name}_line"), "csv");
+    write_csv(&path, &profile.samples, Some(&profile.arc_length)).with_context(|| path.display().to_string())?;
+    Ok(path)
+}
+
+/// The first of `NAME_00.SUFFIX`, `NAME_01.SUFFIX`, ... in a folder that there is not.
+fn free_path(folder: &Path, name: &str, suffix: &str) -> PathBuf {
+    (0..).map(|n| folder.join(format!("{name}_{n:02}.{suffix}"))).find(|path| !path.exists()).expect("numbers do not end")
+}
+
+/// Measures settings that a record does not hold yet, giving the record after each. One of other views is begun anew.
+pub fn tune(
+    renderer: &Renderer,
+    data: &Data,
+    selection: &FieldSelection,
+    view: &View,
+    settings: &[OctreeParams],
+    memory_bytes: u64,
+    record: Option<Record>,
+    progress: &Progress,
+    mut give: impl FnMut(&Record),
+) -> Result<()> {
+    let subject = data.subject(selection)?;
+    let error = ErrorSampling { points: TUNE_POINTS, ..ErrorSampling::default() };
+    let effort = Effort { builds: 1, frames: 3, error, memory_bytes };
+    let views = std::slice::from_ref(view);
+    let sweep = Sweep { of: &subject, renderer, views, effort };
+    let of = sweep.subject();
+    let mut record = record.filter(|record| record.subject == of).unwrap_or_else(|| Record::new(of));
+    sweep.run(settings, &mut record, progress, |record| {
+        give(record);
+        Ok::<(), anyhow::Error>(())
+    })
+}
+
+/// Points at which a sweep measures the error of each setting.
+const TUNE_POINTS: usize = 1 << 17;

@@ -1,14 +1,16 @@
 //! The widgets beside the picture.
 
 use super::keys::{Action, tip};
+use super::leaves::LeafShow;
 use super::model::Data;
-use super::settings::{Transfer, component_label};
+use super::settings::component_label;
 use super::viewer::Viewer;
-use super::widgets::{choice, combo, mebibytes, number, numbers, row, rows, section, significant, thousands};
+use super::widgets::{choice, combo, folded, mebibytes, number, numbers, rows, section, significant, thousands};
+use super::wipe::WipeMode;
 use crate::mesh::{Component, DataArray, TetMesh};
-use crate::view::{RendererKind, Skip, Steps, TransferFunction};
+use crate::view::{RendererKind, Skip, Steps};
 use crate::volume::Grid;
-use egui::{Color32, RichText, Slider, Ui, pos2, vec2};
+use egui::{RichText, Ui};
 
 impl Viewer {
     /// All of the panel.
@@ -27,6 +29,11 @@ impl Viewer {
         section(ui, "Size", |ui| self.size(ui));
         section(ui, "Camera", |ui| self.camera_section(ui));
         section(ui, "Around the picture", |ui| self.look_section(ui));
+        let is_compared = self.wipe.mode != WipeMode::Off;
+        folded(ui, "Compare", is_compared, |ui| self.wipe_section(ui));
+        let (is_probed, has_leaves) = (self.probe.is_on || !self.probe.pins.is_empty(), self.leaves.show != LeafShow::Off);
+        folded(ui, "Probe", is_probed, |ui| self.probe_section(ui));
+        folded(ui, "Leaves", has_leaves, |ui| self.leaves_section(ui));
         match self.document.data.clone() {
             Data::Mesh(mesh) => section(ui, "Mesh", |ui| mesh_numbers(ui, &mesh)),
             Data::Volume(grid) => section(ui, "Volume", |ui| volume_numbers(ui, &grid)),
@@ -89,30 +96,6 @@ impl Viewer {
                 });
             }
         });
-    }
-
-    fn colours(&mut self, ui: &mut Ui) {
-        let range = self.octree.model.as_ref().map(|model| model.value_range);
-        let transfer = &mut self.settings.transfer;
-        rows(ui, "colours", |ui| {
-            combo(ui, "Colour map", "Preset transfer functions: colour and opacity over the value", &transfer.name.clone(), |ui| {
-                for name in TransferFunction::PRESETS {
-                    let chosen = ui.selectable_label(transfer.name == name, name).clicked();
-                    if let Some(base) = TransferFunction::preset(name).ok().filter(|_| chosen) {
-                        *transfer = Transfer { density: transfer.density, ..Transfer::new(base) };
-                    }
-                }
-            });
-            let density = Slider::new(&mut transfer.density, 0.05..=20.0).logarithmic(true).max_decimals(2);
-            row(ui, "Density", "How opaque everything is: what extinction is multiplied by", density);
-        });
-        bar(ui, &transfer.base);
-        if let Some([lo, hi]) = transfer.base.range.or(range) {
-            ui.horizontal(|ui| {
-                ui.weak(significant(lo));
-                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| ui.weak(significant(hi)));
-            });
-        }
     }
 
     fn picture_settings(&mut self, ui: &mut Ui) {
@@ -183,36 +166,6 @@ fn volume_numbers(ui: &mut Ui, grid: &Grid) {
         let mapped = if grid.samples().is_mapped() { " (mapped)" } else { "" };
         number(ui, "Memory", mebibytes(grid.samples().bytes()) + mapped);
     });
-}
-
-/// Colours over the value, with opacity as a line.
-fn bar(ui: &mut Ui, tf: &TransferFunction) {
-    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 36.0), egui::Sense::hover());
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "colours and opacity over the value"));
-    let x = |v: f64| rect.left() + rect.width() * v.clamp(0.0, 1.0) as f32;
-    // Knots end the bar where they do not reach its ends: the first and last colours go on.
-    let (first, last) = (tf.color.first().copied(), tf.color.last().copied());
-    let ends = [first.map(|c| (0.0, c)), last.map(|c| (1.0, c))];
-    let inner = tf.color.iter().map(|c| (c[0], *c));
-    let mut mesh = egui::Mesh::default();
-    for (at, [_, r, g, b]) in ends[0].into_iter().chain(inner).chain(ends[1]) {
-        let [r, g, b] = [r, g, b].map(|v| (v * 255.0).round() as u8);
-        let next = mesh.vertices.len() as u32;
-        for y in [rect.top(), rect.bottom()] {
-            mesh.colored_vertex(pos2(x(at), y), Color32::from_rgb(r, g, b));
-        }
-        if next > 0 {
-            mesh.add_triangle(next - 2, next - 1, next);
-            mesh.add_triangle(next - 1, next, next + 1);
-        }
-    }
-    ui.painter().add(mesh);
-    let y = |opacity: f64| rect.bottom() - 2.0 - (rect.height() - 4.0) * opacity as f32;
-    let ends = [tf.opacity.first().map(|o| [0.0, o[1]]), tf.opacity.last().map(|o| [1.0, o[1]])];
-    let line = ends[0].into_iter().chain(tf.opacity.iter().copied()).chain(ends[1]);
-    let points: Vec<_> = line.map(|[at, opacity]| pos2(x(at), y(opacity))).collect();
-    ui.painter().line(points.clone(), egui::Stroke::new(3.0, Color32::BLACK));
-    ui.painter().line(points, egui::Stroke::new(1.5, Color32::WHITE));
 }
 
 fn vector_label(array: &DataArray) -> String {

@@ -132,7 +132,7 @@ impl Viewer {
     pub(super) fn save_picture(&mut self, ctx: &egui::Context) {
         let Some(scene) = self.picture_scene() else { return self.say("there is no picture yet") };
         let (view, finish) = (self.picture_view(), self.finish());
-        let (renderer, folder, name) = (self.renderer.clone(), self.folder.clone(), self.document.name.clone());
+        let (renderer, folder, name) = (self.renderer().clone(), self.folder().to_owned(), self.document.name.clone());
         self.saving = Some(Job::start(ctx, move |progress, results| {
             let paint = |image: &mut Image| finish.paint(image, &view.camera);
             let saved = model::save_picture(&renderer, &scene, &view, paint, (&folder, &name), progress);
@@ -148,7 +148,7 @@ impl Viewer {
     fn turntable(&mut self, ctx: &egui::Context, frames: u32, folder: impl Future<Output = Option<PathBuf>> + Send + 'static) {
         let Some(scene) = self.picture_scene() else { return self.say("there is no picture yet") };
         let (view, finish) = (self.picture_view(), self.finish());
-        let (renderer, name) = (self.renderer.clone(), self.document.name.clone());
+        let (renderer, name) = (self.renderer().clone(), self.document.name.clone());
         self.saving = Some(Job::start(ctx, move |progress, results| {
             let Some(folder) = pollster::block_on(folder) else { return results.give(Ok(String::new())) };
             let saved = free_template(&folder, &name).and_then(|template| {

@@ -1,6 +1,7 @@
 //! What the user has chosen.
 
 use super::furniture::Look;
+use crate::format::transfer_file::NamedTransfer;
 use crate::mesh::{Component, FieldSelection};
 use crate::octree::OctreeParams;
 use crate::view::{Camera, RenderSettings, TransferFunction, View};
@@ -25,9 +26,9 @@ pub struct Settings {
 /// A transfer function and what the window changes of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transfer {
-    /// The preset's name, or [`Transfer::FROM_FILE`].
+    /// The colour map's name, [`Transfer::FROM_FILE`] or [`Transfer::EDITED`].
     pub name: String,
-    /// As the preset or file has it.
+    /// As the preset or file has it, or as it was edited.
     pub base: TransferFunction,
     /// What extinction is multiplied by, above 0.
     pub density: f64,
@@ -42,6 +43,35 @@ impl Transfer {
         let same = |name: &&&str| TransferFunction::preset(name).is_ok_and(|preset| preset == base);
         let name = TransferFunction::PRESETS.iter().find(same).unwrap_or(&Self::FROM_FILE);
         Transfer { name: (*name).to_owned(), base, density: 1.0 }
+    }
+
+    /// The name of colours that were edited.
+    pub const EDITED: &str = "edited";
+
+    /// Takes the colours of a map, and its opacity unless the present one is the user's own; range, scale and the rest stay.
+    pub fn choose(&mut self, map: &NamedTransfer, keep_opacity: bool) {
+        self.name = map.name.clone();
+        self.base.color = map.function.color.clone();
+        self.base.nan = map.function.nan.or(self.base.nan);
+        if !keep_opacity {
+            (self.base.opacity, self.base.opacity_model) = (map.function.opacity.clone(), map.function.opacity_model);
+        }
+        if self.base.scale != crate::view::Scale::Linear {
+            self.base = self.base.over_unit_range();
+        }
+    }
+
+    /// Takes all that a file says; a range that it leaves open stays.
+    pub fn import(&mut self, map: &NamedTransfer) {
+        self.name = map.name.clone();
+        let range = map.function.range.or(self.base.range).filter(|range| map.function.scale.fits(*range));
+        self.base = TransferFunction { range, ..map.function.clone() };
+    }
+
+    /// Names the colours after the known map that they are, or as edited.
+    pub fn rename(&mut self, known: &[NamedTransfer]) {
+        let same = known.iter().find(|map| map.function.color == self.base.color);
+        self.name = same.map_or(Self::EDITED.to_owned(), |map| map.name.clone());
     }
 
     /// The transfer function to draw with. `diagonal` is the length of the diagonal of the mesh's bounds in world units.

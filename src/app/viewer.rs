@@ -2,34 +2,40 @@
 
 use super::actions::Histories;
 use super::camera_panel::CameraJob;
+use super::dock::Docked;
 use super::files::{Loading, SessionJob};
 use super::furniture::{self, Look};
 use super::jobs::{Job, Polled, outcome};
+use super::leaves::Leaves;
 use super::model::{self, Data, Document, ExactStep};
 use super::navigate;
 use super::octree_stage::{Measured, OctreeStage};
-use super::pace::{Pace, divided};
-use super::pictures::{Pictures, Saving};
+use super::pace::Pace;
+use super::pictures::{Pictures, Saving, absolute};
+use super::probe_tool::{Pin, ProbeTool};
 use super::problem::Problem;
 use super::recent::Recent;
 use super::settings::{Settings, Transfer};
+use super::slot::Slot;
+use super::transfer_editor::TransferEditor;
+use super::tuning::Tuning;
 use super::viewport::Viewport;
+use super::wipe::{Wipe, WipeMode};
 use super::{Options, title};
 use crate::furniture::Parts;
 use crate::geometry::Placed;
 use crate::gpu::FrameTime;
 use crate::mesh::FieldSelection;
 use crate::octree::{ErrorBound, OctreeParams, Unmet};
+use crate::progress::Progress;
 use crate::render::{Renderer, Scene};
 use crate::study::FieldError;
+use crate::study::probe::LineSamples;
 use crate::view::{Camera, RenderSettings, RendererKind, View};
 use anyhow::{Context, Result};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-
-/// How long the view counts as moving after its last change.
-const MOVING: Duration = Duration::from_millis(250);
 
 /// How often a bar moves.
 const BAR: Duration = Duration::from_millis(100);
@@ -44,11 +50,19 @@ pub struct Viewer {
     pub(super) histories: Histories,
     pub(super) help_is_open: bool,
     pub(super) camera_job: Option<CameraJob>,
-    exact: ExactStage,
-    /// The views that the pictures of octree and mesh were marched for; `None` if the scene is another since.
-    shown: [Option<View>; 2],
+    pub(super) transfer_editor: TransferEditor,
+    pub(super) probe: ProbeTool,
+    pub(super) wipe: Wipe,
+    pub(super) leaves: Leaves,
+    pub(super) tuning: Tuning,
+    /// Which plot is under the picture, and which there were in the frame before.
+    pub(super) dock: Docked,
+    pub(super) dock_before: Vec<Docked>,
+    pub(super) exact: ExactStage,
+    /// The views that the pictures were marched for, by slot; `None` if the scene is another since.
+    pub(super) shown: [Option<View>; Slot::COUNT],
     /// What these pictures took.
-    frame_times: [Option<FrameTime>; 2],
+    pub(super) frame_times: [Option<FrameTime>; Slot::COUNT],
     pub(super) loading: Option<Loading>,
     pub(super) saving: Option<Saving>,
     pub(super) session_job: Option<SessionJob>,
@@ -58,22 +72,22 @@ pub struct Viewer {
     /// Of the display.
     pub(super) pixels_per_point: f64,
     /// Shaders that a picture waits for.
-    compiling: Option<Job<Result<()>>>,
+    pub(super) compiling: Option<Job<Result<()>>>,
     status: Status,
     pub(super) renderer: Arc<Renderer>,
-    /// Of the octree, and of the mesh itself.
-    paces: [Pace; 2],
+    /// Of the pictures, by slot.
+    pub(super) paces: [Pace; Slot::COUNT],
     /// What is being marched.
-    marching: RendererKind,
+    pub(super) marching: Slot,
     /// Seconds that the parts of the picture being refined took so far.
-    refining_s: Option<f64>,
+    pub(super) refining_s: Option<f64>,
     /// Pixels of the picture's place in the window.
-    size: [u32; 2],
+    pub(super) size: [u32; 2],
     /// What the frame before was drawn with, and when that or the octree last changed.
     seen: Seen,
-    moved: Instant,
-    pub(super) memory_bytes: u64,
-    pub(super) folder: PathBuf,
+    pub(super) moved: Instant,
+    memory_bytes: u64,
+    folder: PathBuf,
 }
 
 /// The numbers of a built octree.
@@ -113,19 +127,19 @@ impl Seen {
 }
 
 /// What an exact picture is made from.
-type ExactKey = (FieldSelection, View);
+pub(super) type ExactKey = (FieldSelection, View);
 
 /// The mesh itself: being linked; where the device has no room for it, being drawn in the background too.
 #[derive(Default)]
-struct ExactStage {
+pub(super) struct ExactStage {
     /// What the last job was started for.
-    key: Option<ExactKey>,
-    job: Option<Job<Result<ExactStep>>>,
+    pub(super) key: Option<ExactKey>,
+    pub(super) job: Option<Job<Result<ExactStep>>>,
     /// Whether the job has given a picture, and whether that was the last.
-    given: bool,
-    complete: bool,
+    pub(super) given: bool,
+    pub(super) complete: bool,
     /// The linked mesh, for views of this field.
-    scene: Option<(FieldSelection, Arc<Scene>)>,
+    pub(super) scene: Option<(FieldSelection, Arc<Scene>)>,
 }
 
 impl Viewer {
@@ -150,10 +164,17 @@ impl Viewer {
             histories: Histories::new(&settings),
             help_is_open: false,
             camera_job: None,
+            transfer_editor: TransferEditor::new(),
             octree: OctreeStage::new(options.error),
             exact: ExactStage::default(),
-            shown: [None, None],
-            frame_times: [None; 2],
+            shown: Default::default(),
+            frame_times: Default::default(),
+            probe: ProbeTool::default(),
+            wipe: Wipe::default(),
+            leaves: Leaves::default(),
+            tuning: Tuning::default(),
+            dock: Docked::Profile,
+            dock_before: vec![],
             viewport,
             loading: None,
             saving: None,
@@ -165,8 +186,8 @@ impl Viewer {
             compiling: None,
             status: Status::default(),
             renderer,
-            paces: [Pace::default(); 2],
-            marching: RendererKind::Octree,
+            paces: Default::default(),
+            marching: Slot::Octree,
             refining_s: None,
             size: [0; 2],
             seen: Seen::of(&settings),
@@ -200,19 +221,32 @@ impl Viewer {
 
     /// Whether the picture is the one asked for, in full, and nothing is on its way; the octree's error may still be measured.
     pub fn is_settled(&self) -> bool {
-        let wanted = self.wanted();
-        let marched = self.shown[self.kind() as usize].as_ref() == Some(&wanted);
-        let shown = match (self.kind(), &self.exact.scene) {
-            (RendererKind::Octree, _) => marched && self.octree.is_of(&self.settings.field, &self.settings.params),
-            (RendererKind::Exact, Some((field, scene))) if scene.is_on_device() => marched && *field == self.settings.field,
-            (RendererKind::Exact, _) => self.exact.complete && self.exact.key == Some((self.settings.field.clone(), self.exact_view())),
-        };
-        shown && !self.viewport.is_marching() && self.activity().is_none()
+        self.slots().into_iter().all(|slot| self.is_shown(slot)) && !self.viewport.is_marching() && self.activity().is_none()
     }
 
     /// Width and height of the picture in pixels. It lies in the window's upper right corner.
     pub fn picture_size(&self) -> [u32; 2] {
         self.size
+    }
+
+    /// The labels that the probe has pinned.
+    pub fn pins(&self) -> &[Pin] {
+        &self.probe.pins
+    }
+
+    /// How many ends of the probe's line are set.
+    pub fn probe_ends(&self) -> usize {
+        self.probe.ends.len()
+    }
+
+    /// How many leaves are drawn over the picture, and of how many.
+    pub fn leaves_drawn(&self) -> Option<(usize, usize)> {
+        self.leaves.drawn
+    }
+
+    /// What is along the probe's line, once it is known.
+    pub fn profile_samples(&self) -> Option<&LineSamples> {
+        self.probe.profile.as_ref()
     }
 
     /// The thresholds chosen.
@@ -245,6 +279,16 @@ impl Viewer {
         self.settings.look.parts = parts;
     }
 
+    /// Whether what is under the pointer is said.
+    pub fn is_probing(&self) -> bool {
+        self.probe.is_on
+    }
+
+    /// Whether two pictures are shown in one.
+    pub fn is_comparing(&self) -> bool {
+        self.wipe.mode != WipeMode::Off
+    }
+
     /// The line at the bottom of the window.
     pub fn status(&self) -> &str {
         &self.status.text
@@ -259,6 +303,8 @@ impl Viewer {
             self.exact.job.as_ref().map(Job::progress),
             self.saving.as_ref().map(Job::progress),
             self.compiling.as_ref().map(Job::progress),
+            self.probe.progress(),
+            self.tuning.progress(),
         ];
         jobs.into_iter().flatten().next().map(named)
     }
@@ -276,14 +322,6 @@ impl Viewer {
         self.status = Status { text, is_error: true };
     }
 
-    /// The scene that the device marches, for the renderer chosen.
-    fn marched_scene(&self) -> Option<Arc<Scene>> {
-        match self.kind() {
-            RendererKind::Octree => self.octree.model.as_ref().map(|model| model.scene.clone()),
-            RendererKind::Exact => self.exact.scene.as_ref().map(|(_, scene)| scene.clone()).filter(|scene| scene.is_on_device()),
-        }
-    }
-
     /// Chooses a renderer. A volume has none but the octree's.
     pub(super) fn draw_with(&mut self, kind: RendererKind) {
         let has_exact = self.document.data.mesh().is_some();
@@ -294,22 +332,22 @@ impl Viewer {
     }
 
     /// Has the picture of a renderer marched anew, since its scene is another.
-    fn show_anew(&mut self, kind: RendererKind) {
-        self.shown[kind as usize] = None;
-        self.viewport.stop_refining(kind);
+    pub(super) fn show_anew(&mut self, slot: Slot) {
+        self.shown[slot as usize] = None;
+        self.viewport.stop_refining(slot);
         self.clear_error();
-        if self.kind() == kind {
+        if self.slots().contains(&slot) {
             self.moved = Instant::now();
         }
     }
 
     /// The renderer chosen.
-    fn kind(&self) -> RendererKind {
+    pub(super) fn kind(&self) -> RendererKind {
         self.settings.render.renderer
     }
 
     /// The view that fills the viewport.
-    fn wanted(&self) -> View {
+    pub(super) fn wanted(&self) -> View {
         self.settings.view(self.size, self.document.data.bounds().diagonal())
     }
 
@@ -326,6 +364,7 @@ impl Viewer {
         self.run_exact(ctx);
         self.run_camera_job();
         self.run_session_job();
+        self.run_transfer_files();
         match self.saving.as_ref().map(Job::poll) {
             None | Some(Polled::Pending) => {}
             Some(ended) => {
@@ -336,7 +375,13 @@ impl Viewer {
                 }
             }
         }
-        if self.activity().is_some() || matches!(self.octree.accuracy, Measured::Running(..)) {
+        if let Err(error) = self.probe.run(ctx, &self.document.data, &self.settings.field, self.octree.model.as_ref()) {
+            self.fail(error);
+        }
+        if let Err(error) = self.run_leaves(ctx).and_then(|()| self.run_tuning()) {
+            self.fail(error);
+        }
+        if self.activity().is_some() || self.tuning.is_running() || matches!(self.octree.accuracy, Measured::Running(..)) {
             ctx.request_repaint_after(BAR);
         }
     }
@@ -364,9 +409,12 @@ impl Viewer {
         self.settings.field = document.field.clone();
         self.document = document;
         self.octree = self.octree.emptied();
+        self.transfer_editor.forget_data();
         self.exact = ExactStage::default();
-        self.shown = [None, None];
-        [RendererKind::Octree, RendererKind::Exact].into_iter().for_each(|kind| self.viewport.stop_refining(kind));
+        (self.probe, self.tuning, self.wipe) = (self.probe.emptied(), self.tuning.emptied(), Wipe::default());
+        self.shown = Default::default();
+        Slot::ALL.into_iter().for_each(|slot| self.viewport.stop_refining(slot));
+        self.viewport.empty(Slot::Kept);
         self.moved = Instant::now();
     }
 
@@ -374,111 +422,17 @@ impl Viewer {
         let Settings { field, params, .. } = &self.settings;
         // Beside the exact picture the octree is built for its numbers, and to be there when it is wanted: after that picture.
         let linked = self.exact.job.is_none() && self.exact.scene.as_ref().is_some_and(|(of, _)| of == field);
-        let build = self.kind() == RendererKind::Octree || linked;
+        let build = self.slots().contains(&Slot::Octree) || linked;
         match self.octree.run(ctx, &self.renderer, &self.document.data, (field, params), build) {
-            Ok(true) => self.show_anew(RendererKind::Octree),
+            Ok(true) => self.show_anew(Slot::Octree),
             Ok(false) => {}
             Err(error) => self.fail(error),
         }
     }
 
-    /// Marches the scene if the picture is not the one wanted: coarsely while the view moves.
-    fn march(&mut self, ctx: &egui::Context) {
-        match self.viewport.poll() {
-            Ok(Some((size, time))) => {
-                let marched = self.marching as usize;
-                self.paces[marched].add(size, time.gpu_s.unwrap_or(time.wall_s));
-                // Of a picture marched in parts the sum is shown.
-                let before = self.refining_s.unwrap_or(0.0);
-                self.frame_times[marched] = Some(FrameTime { wall_s: before + time.wall_s, gpu_s: time.gpu_s.map(|s| before + s) });
-                self.refining_s = self.refining_s.map(|s| s + time.gpu_s.unwrap_or(time.wall_s));
-            }
-            Ok(None) => {}
-            Err(error) => self.fail(error.into()),
-        }
-        if self.viewport.is_marching() {
-            return ctx.request_repaint();
-        }
-        let scene = self.marched_scene().filter(|_| !self.size.contains(&0));
-        let kind = self.kind();
-        let Some(scene) = scene else {
-            self.shown[kind as usize] = None;
-            if kind == RendererKind::Exact && self.exact.given {
-                self.viewport.show(kind);
-            }
-            return;
-        };
-        self.marching = kind;
-        let pace = self.paces[kind as usize];
-        let moving_for = MOVING.saturating_sub(self.moved.elapsed());
-        let divisor = if moving_for.is_zero() { 1 } else { pace.moving_divisor(self.size, self.viewport.is_slow()) };
-        let view = self.wanted();
-        if divisor > 1 {
-            ctx.request_repaint_after(moving_for);
-        }
-        if self.shown[kind as usize].as_ref().is_some_and(|shown| is_fine_enough(shown, &view, divisor)) {
-            self.viewport.show(kind);
-            self.viewport.stop_refining(other(kind));
-            self.refining_s = None;
-            return;
-        }
-        if !self.is_compiled(ctx, &scene, &view) {
-            return;
-        }
-        let (rows, refining) = (pace.rows_at_rest(self.size), self.viewport.is_refining(&view));
-        let marched = if divisor > 1 || (rows == self.size[1] && !refining) {
-            let mut coarse = view;
-            [coarse.settings.width, coarse.settings.height] = divided(self.size, divisor);
-            self.refining_s = None;
-            self.viewport.march(&self.renderer, &scene, &coarse).map(|()| Some(coarse))
-        } else {
-            if !refining {
-                self.refining_s = Some(0.0);
-            }
-            self.viewport.refine(&self.renderer, &scene, &view, rows).map(|whole| whole.then_some(view))
-        };
-        match marched {
-            Ok(Some(drawn)) => self.shown[kind as usize] = Some(drawn),
-            Ok(None) => {}
-            Err(error) => {
-                self.fail(error.into());
-                // The same march would only fail again.
-                self.shown[kind as usize] = Some(self.wanted());
-            }
-        }
-        ctx.request_repaint();
-    }
-
-    /// Whether the shaders of a view are compiled. If not they are, in the background: the picture before stays.
-    fn is_compiled(&mut self, ctx: &egui::Context, scene: &Arc<Scene>, view: &View) -> bool {
-        if self.renderer.is_ready(scene, view) {
-            self.compiling = None;
-            return true;
-        }
-        match self.compiling.as_ref().map(Job::poll) {
-            Some(Polled::Pending) => {}
-            Some(ended) => {
-                self.compiling = None;
-                if let Err(error) = outcome(ended) {
-                    self.fail(error);
-                    // The same shaders would only fail again.
-                    self.shown[self.kind() as usize] = Some(self.wanted());
-                }
-            }
-            None => {
-                let (renderer, scene, view) = (self.renderer.clone(), scene.clone(), view.clone());
-                self.compiling = Some(Job::start(ctx, move |progress, results| {
-                    progress.begin("compiling shaders", 0);
-                    results.give(renderer.prepare(&scene, &view).map_err(Into::into));
-                }));
-            }
-        }
-        false
-    }
-
     fn run_exact(&mut self, ctx: &egui::Context) {
         self.take_exact();
-        let mesh = self.document.data.mesh().filter(|_| self.kind() == RendererKind::Exact).cloned();
+        let mesh = self.document.data.mesh().filter(|_| self.slots().contains(&Slot::Exact)).cloned();
         let Some(mesh) = mesh else { return self.rest_exact() };
         let key = (self.settings.field.clone(), self.exact_view());
         let is_on_device = self.exact.scene.as_ref().is_some_and(|(field, scene)| *field == key.0 && scene.is_on_device());
@@ -529,13 +483,13 @@ impl Viewer {
                     }
                     self.exact.scene = self.exact.key.as_ref().map(|(field, _)| (field.clone(), scene));
                     if self.exact.scene.as_ref().is_some_and(|(_, scene)| scene.is_on_device()) {
-                        self.show_anew(RendererKind::Exact);
+                        self.show_anew(Slot::Exact);
                     }
                 }
                 Polled::Result(Ok(ExactStep::Picture { picture, complete })) => {
                     (self.exact.given, self.exact.complete) = (true, complete);
                     self.frame_times[RendererKind::Exact as usize] = Some(FrameTime { wall_s: picture.wall_s, gpu_s: None });
-                    match self.viewport.put(RendererKind::Exact, &picture.image) {
+                    match self.viewport.put(Slot::Exact, &picture.image) {
                         Ok(()) => self.clear_error(),
                         Err(error) => self.fail(error.into()),
                     }
@@ -576,9 +530,13 @@ impl Viewer {
         let drawing = self.furniture(rect.size(), self.settings.look.parts);
         furniture::paint(ui.painter(), rect, &drawing.behind, drawing.halo);
         if self.viewport.is_filled() {
-            self.viewport.paint(ui.painter(), rect);
+            self.viewport.paint(ui.painter(), rect, self.compared());
         }
         furniture::paint(ui.painter(), rect, &drawing.front, drawing.halo);
+        self.leaves_over(ui, rect);
+        self.wipe_over(ui, rect);
+        self.probe_over(ui, rect, &picture);
+        self.tools_over(ui, rect);
     }
 
     /// The line at the bottom.
@@ -605,11 +563,33 @@ impl Viewer {
     }
 
     pub(super) fn frame_label(&self) -> String {
-        match self.frame_times[self.kind() as usize] {
+        match self.frame_times[Slot::from(self.kind()) as usize] {
             Some(FrameTime { gpu_s: Some(s), .. }) => format!("frame {:.2} ms on the GPU", s * 1e3),
             Some(FrameTime { wall_s, gpu_s: None }) => format!("frame {:.0} ms", wall_s * 1e3),
             None => "no frame yet".into(),
         }
+    }
+
+    /// Writes a file in the background and says where.
+    pub(super) fn save(&mut self, ctx: &egui::Context, write: impl FnOnce(&Progress) -> Result<PathBuf> + Send + 'static) {
+        self.saving = Some(Job::start(ctx, move |progress, results| {
+            results.give(write(progress).map(|path| format!("wrote {}", absolute(&path).display())));
+        }));
+    }
+
+    /// Where files are written.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// What draws.
+    pub(super) fn renderer(&self) -> &Arc<Renderer> {
+        &self.renderer
+    }
+
+    /// Budget for mesh and octree in bytes.
+    pub(super) fn memory_bytes(&self) -> u64 {
+        self.memory_bytes
     }
 
     /// Shows all of the mesh from the same direction.
@@ -640,27 +620,11 @@ impl eframe::App for Viewer {
             });
         });
         egui::Panel::bottom("status").exact_size(24.0).resizable(false).show(ui, |ui| self.status_line(ui));
+        self.dock(ui);
         self.run_jobs(&ctx);
         egui::CentralPanel::no_frame().show(ui, |ui| self.picture(ui));
         self.help_sheet(&ctx);
         self.turntable_panel(&ctx);
         self.problem_panel(&ctx);
     }
-}
-
-/// The renderer to compare one with.
-fn other(kind: RendererKind) -> RendererKind {
-    match kind {
-        RendererKind::Octree => RendererKind::Exact,
-        RendererKind::Exact => RendererKind::Octree,
-    }
-}
-
-/// Whether a picture shown is the one wanted, at the size wanted divided by at most `divisor`.
-fn is_fine_enough(shown: &View, wanted: &View, divisor: u32) -> bool {
-    let [width, height] = divided([wanted.settings.width, wanted.settings.height], divisor);
-    let large = shown.settings.width >= width && shown.settings.height >= height;
-    let settings = RenderSettings { width: wanted.settings.width, height: wanted.settings.height, ..shown.settings };
-    let full = divisor > 1 || (shown.settings.width, shown.settings.height) == (width, height);
-    large && full && settings == wanted.settings && shown.camera == wanted.camera && shown.transfer_function == wanted.transfer_function
 }

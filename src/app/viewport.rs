@@ -1,10 +1,11 @@
-//! The picture inside the window, `shaders/viewport.wgsl`: a target that the GPU marches into, and a paint callback that shows it. Nothing
-//! is read back.
+//! The pictures inside the window, `shaders/viewport.wgsl`: targets that the GPU marches into, and a paint callback that shows one or
+//! compares two. Nothing is read back.
 
-use crate::gpu::{Context, FrameTime, GpuError, InFlight, Target, device_descriptor, shader};
+use super::slot::Slot;
+use crate::gpu::{Context, FrameTime, GpuError, InFlight, LinePipeline, LineVertex, Lines, Target, device_descriptor, shader};
 use crate::image::Image;
 use crate::render::{RenderError, Renderer, Scene};
-use crate::view::{RendererKind, View};
+use crate::view::View;
 use egui_wgpu::wgpu;
 use std::sync::Arc;
 
@@ -12,9 +13,13 @@ use std::sync::Arc;
 pub struct Viewport {
     context: Context,
     pipeline: wgpu::RenderPipeline,
-    /// The octree's and the exact one: going from one to the other shows it at once.
-    pictures: [Shown; 2],
-    painted: RendererKind,
+    line_pipeline: LinePipeline,
+    /// Those of all slots: going from one to the other shows it at once.
+    pictures: [Shown; Slot::COUNT],
+    painted: Slot,
+    /// What the shader reads of how two are compared.
+    comparison: wgpu::Buffer,
+    lines: Option<Lines>,
     in_flight: Option<InFlight>,
     refined: Option<Refined>,
     /// Width and height of what is in flight.
@@ -24,12 +29,21 @@ pub struct Viewport {
 /// A picture that can be painted.
 struct Shown {
     target: Target,
-    image: wgpu::BindGroup,
     filled: bool,
+}
+
+/// What is made of the pictures of two slots.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Compared {
+    /// The first left of a divider, in pictures from the left, and the second right of it.
+    Wipe([Slot; 2], f32),
+    /// Their difference by channel, times a gain.
+    Difference([Slot; 2], f32),
 }
 
 /// A picture that is marched some rows at a time, so that the window does not stand still on a slow device.
 struct Refined {
+    slot: Slot,
     view: View,
     picture: Target,
     rows: Target,
@@ -50,10 +64,28 @@ impl Viewport {
     pub fn new(window: &egui_wgpu::RenderState) -> Result<Self, GpuError> {
         let context = Context::from_parts(&window.adapter, window.device.clone(), window.queue.clone());
         let pipeline = pipeline(&context.device, window.target_format);
-        let empty = || -> Result<Shown, GpuError> { Ok(Shown::new(&context, &pipeline, Target::new(&context, 1, 1)?)) };
-        let pictures = [empty()?, empty()?];
-        let painted = RendererKind::Octree;
-        Ok(Viewport { context, pipeline, pictures, painted, in_flight: None, refined: None, marching: [0; 2] })
+        let empty = || -> Result<Shown, GpuError> { Ok(Shown { target: Target::new(&context, 1, 1)?, filled: false }) };
+        let pictures = [empty()?, empty()?, empty()?];
+        let comparison = context.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("comparison"),
+            size: 16,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let line_pipeline = LinePipeline::new(&context, window.target_format);
+        let (painted, marching) = (Slot::Octree, [0; 2]);
+        Ok(Viewport {
+            context,
+            pipeline,
+            line_pipeline,
+            pictures,
+            painted,
+            comparison,
+            lines: None,
+            in_flight: None,
+            refined: None,
+            marching,
+        })
     }
 
     /// The window's device.
@@ -76,9 +108,20 @@ impl Viewport {
         self.pictures[self.painted as usize].filled
     }
 
-    /// Shows the picture of a renderer, as it was last made.
-    pub fn show(&mut self, kind: RendererKind) {
-        self.painted = kind;
+    /// Shows the picture of a slot, as it was last made.
+    pub fn show(&mut self, slot: Slot) {
+        self.painted = slot;
+    }
+
+    /// Whether a slot has a picture.
+    pub fn has(&self, slot: Slot) -> bool {
+        self.pictures[slot as usize].filled
+    }
+
+    /// Takes a slot's picture away.
+    pub fn empty(&mut self, slot: Slot) {
+        self.pictures[slot as usize].filled = false;
+        self.stop_refining(slot);
     }
 
     /// Whether a march was submitted and is not seen to be done.
@@ -99,25 +142,25 @@ impl Viewport {
         Ok(done?.map(|time| (self.marching, time)))
     }
 
-    /// Starts the march of a scene on the device. Its picture replaces that renderer's before, and is shown.
-    pub fn march(&mut self, renderer: &Renderer, scene: &Scene, view: &View) -> Result<(), RenderError> {
+    /// Starts the march of a scene on the device. Its picture replaces the slot's before.
+    pub fn march(&mut self, slot: Slot, renderer: &Renderer, scene: &Scene, view: &View) -> Result<(), RenderError> {
         self.refined = None;
-        let kind = view.settings.renderer;
         self.marching = [view.settings.width, view.settings.height];
-        self.resize(kind, self.marching)?;
-        let picture = &mut self.pictures[kind as usize];
+        self.resize(slot, self.marching)?;
+        let picture = &mut self.pictures[slot as usize];
         self.in_flight = renderer.march(scene, view, 0, &picture.target)?;
-        (picture.filled, self.painted) = (true, kind);
+        picture.filled = true;
         Ok(())
     }
 
     /// Marches the next rows of a picture, `rows` of them if it is a new one. Call it when nothing is in flight; `true` once the picture is
-    /// whole and has replaced that renderer's before.
-    pub fn refine(&mut self, renderer: &Renderer, scene: &Scene, view: &View, rows: u32) -> Result<bool, RenderError> {
+    /// whole and has replaced the slot's before.
+    pub fn refine(&mut self, slot: Slot, renderer: &Renderer, scene: &Scene, view: &View, rows: u32) -> Result<bool, RenderError> {
         let (width, height) = (view.settings.width, view.settings.height);
-        let mut refined = match self.refined.take().filter(|refined| refined.view == *view) {
+        let mut refined = match self.refined.take().filter(|refined| refined.slot == slot && refined.view == *view) {
             Some(refined) => refined,
             None => Refined {
+                slot,
                 view: view.clone(),
                 picture: Target::new(&self.context, width, height)?,
                 rows: Target::new(&self.context, width, rows)?,
@@ -129,9 +172,7 @@ impl Viewport {
             refined.picture.copy_rows(&self.context, &refined.rows, row)?;
         }
         if refined.next == height {
-            let kind = view.settings.renderer;
-            self.pictures[kind as usize] = Shown { filled: true, ..Shown::new(&self.context, &self.pipeline, refined.picture) };
-            self.painted = kind;
+            self.pictures[slot as usize] = Shown { filled: true, target: refined.picture };
             return Ok(true);
         }
         // The last rows reach back so that they are as many.
@@ -144,42 +185,67 @@ impl Viewport {
     }
 
     /// Whether a part of this picture is marched.
-    pub fn is_refining(&self, view: &View) -> bool {
-        self.refined.as_ref().is_some_and(|refined| refined.view == *view)
+    pub fn is_refining(&self, slot: Slot, view: &View) -> bool {
+        self.refined.as_ref().is_some_and(|refined| refined.slot == slot && refined.view == *view)
     }
 
-    /// Gives up a renderer's picture that is half marched.
-    pub fn stop_refining(&mut self, kind: RendererKind) {
-        self.refined.take_if(|refined| refined.view.settings.renderer == kind);
+    /// Gives up a slot's picture that is half marched.
+    pub fn stop_refining(&mut self, slot: Slot) {
+        self.refined.take_if(|refined| refined.slot == slot);
     }
 
-    /// Takes an image that was made elsewhere for a renderer's picture.
-    pub fn put(&mut self, kind: RendererKind, image: &Image) -> Result<(), GpuError> {
-        self.resize(kind, [image.width, image.height])?;
-        let picture = &mut self.pictures[kind as usize];
+    /// Takes an image that was made elsewhere for a slot's picture.
+    pub fn put(&mut self, slot: Slot, image: &Image) -> Result<(), GpuError> {
+        self.resize(slot, [image.width, image.height])?;
+        let picture = &mut self.pictures[slot as usize];
         picture.target.write(&self.context, image)?;
         picture.filled = true;
         Ok(())
     }
 
-    fn resize(&mut self, kind: RendererKind, [width, height]: [u32; 2]) -> Result<(), GpuError> {
-        let picture = &mut self.pictures[kind as usize];
-        if picture.target.resize(&self.context, width, height)? {
-            picture.image = bind(&self.context.device, &self.pipeline, &picture.target);
-        }
+    fn resize(&mut self, slot: Slot, [width, height]: [u32; 2]) -> Result<(), GpuError> {
+        self.pictures[slot as usize].target.resize(&self.context, width, height)?;
         Ok(())
     }
 
-    /// Paints the picture over `rect`, stretched if its size is another.
-    pub fn paint(&self, painter: &egui::Painter, rect: egui::Rect) {
-        let blit = Blit { pipeline: self.pipeline.clone(), image: self.pictures[self.painted as usize].image.clone() };
-        painter.add(egui_wgpu::Callback::new_paint_callback(rect, blit));
+    /// Paints the picture over `rect`, stretched if its size is another, or what is made of two.
+    pub fn paint(&self, painter: &egui::Painter, rect: egui::Rect, compared: Option<Compared>) {
+        let (mode, slots, divider, gain) = match compared {
+            None => (0u32, [self.painted; 2], 0.0, 0.0),
+            Some(Compared::Wipe(slots, divider)) => (1, slots, divider, 0.0),
+            Some(Compared::Difference(slots, gain)) => (2, slots, 0.0, gain),
+        };
+        let words = [mode, divider.to_bits(), gain.to_bits(), 0];
+        self.context.queue.write_buffer(&self.comparison, 0, bytemuck::cast_slice(&words));
+        let image = self.bind(slots.map(|slot| &self.pictures[slot as usize].target));
+        painter.add(egui_wgpu::Callback::new_paint_callback(rect, Blit { pipeline: self.pipeline.clone(), image }));
     }
-}
 
-impl Shown {
-    fn new(context: &Context, pipeline: &wgpu::RenderPipeline, target: Target) -> Self {
-        Shown { image: bind(&context.device, pipeline, &target), target, filled: false }
+    /// Takes lines to be painted over the picture, positions relative to the data's centre; none if there are no vertices.
+    pub fn put_lines(&mut self, vertices: &[LineVertex]) -> Result<(), GpuError> {
+        self.lines = if vertices.is_empty() { None } else { Some(self.line_pipeline.upload(&self.context, vertices)?) };
+        Ok(())
+    }
+
+    /// Paints the lines, if there are any, by this projection from positions to clip space.
+    pub fn paint_lines(&self, painter: &egui::Painter, rect: egui::Rect, clip_from_data: [[f32; 4]; 4]) {
+        if let Some(lines) = &self.lines {
+            lines.aim(&self.context, clip_from_data);
+            painter.add(egui_wgpu::Callback::new_paint_callback(rect, Overlay(lines.clone())));
+        }
+    }
+
+    fn bind(&self, [image, other]: [&Target; 2]) -> wgpu::BindGroup {
+        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+        self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("viewport"),
+            layout: &self.pipeline.get_bind_group_layout(0),
+            entries: &[
+                entry(0, wgpu::BindingResource::TextureView(image.view())),
+                entry(1, wgpu::BindingResource::TextureView(other.view())),
+                entry(2, self.comparison.as_entire_binding()),
+            ],
+        })
     }
 }
 
@@ -197,22 +263,32 @@ impl egui_wgpu::CallbackTrait for Blit {
     }
 }
 
+/// One painting of lines.
+struct Overlay(Lines);
+
+impl egui_wgpu::CallbackTrait for Overlay {
+    fn paint(&self, _: egui::PaintCallbackInfo, pass: &mut wgpu::RenderPass<'static>, _: &egui_wgpu::CallbackResources) {
+        self.0.draw(pass);
+    }
+}
+
 fn pipeline(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::RenderPipeline {
     let label = Some("viewport");
     let source = wgpu::ShaderSource::Wgsl(shader::source("viewport.wgsl", shader::NodeStorage::Buffer).into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
+    let texture = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: false },
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::FRAGMENT, ty, count: None };
     let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label,
-        entries: &[wgpu::BindGroupLayoutEntry {
-            binding: 0,
-            visibility: wgpu::ShaderStages::FRAGMENT,
-            ty: wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                view_dimension: wgpu::TextureViewDimension::D2,
-                multisampled: false,
-            },
-            count: None,
-        }],
+        entries: &[
+            entry(0, texture),
+            entry(1, texture),
+            entry(2, wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None }),
+        ],
     });
     let layout =
         device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor { label, bind_group_layouts: &[Some(&layout)], immediate_size: 0 });
@@ -240,13 +316,5 @@ fn pipeline(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::RenderP
         }),
         multiview_mask: None,
         cache: None,
-    })
-}
-
-fn bind(device: &wgpu::Device, pipeline: &wgpu::RenderPipeline, target: &Target) -> wgpu::BindGroup {
-    device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some("viewport"),
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(target.view()) }],
     })
 }

@@ -11,6 +11,15 @@ pub fn section(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui)) {
     egui::CollapsingHeader::new(RichText::new(name).strong()).default_open(true).show_unindented(ui, contents);
 }
 
+/// A part of the panel that is folded at first. `is_used` unfolds it when it becomes true.
+pub fn folded(ui: &mut Ui, name: &str, is_used: bool, contents: impl FnOnce(&mut Ui)) {
+    ui.add_space(6.0);
+    let id = ui.scope_id().with((name, "was used"));
+    let was_used = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default::<bool>(id), is_used));
+    let open = (is_used && !was_used).then_some(true);
+    egui::CollapsingHeader::new(RichText::new(name).strong()).open(open).show_unindented(ui, contents);
+}
+
 /// Rows of a name and what belongs to it.
 pub fn rows<R>(ui: &mut Ui, id: &str, contents: impl FnOnce(&mut Ui) -> R) -> R {
     Grid::new(id).num_columns(2).min_col_width(NAMES).spacing([8.0, 4.0]).show(ui, contents).inner
@@ -48,6 +57,13 @@ pub fn choice<T: PartialEq + Copy>(ui: &mut Ui, name: &str, tip: &str, value: &m
         }
     });
     ui.end_row();
+}
+
+/// A few values to choose from, without a name.
+pub fn choices<T: PartialEq + Copy>(ui: &mut Ui, value: &mut T, choices: &[(T, &str, &str)]) {
+    for &(choice, text, tip) in choices {
+        ui.selectable_value(value, choice, text).on_hover_text(tip);
+    }
 }
 
 /// A name and a value to read.

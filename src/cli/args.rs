@@ -3,6 +3,7 @@
 use super::long_work::with_bar;
 use super::mode::ModeArgs;
 use super::session::SessionView;
+use super::transfer::TransferArgs;
 use crate::format::{self, RawLayout, ReadOptions, SolutionFile};
 use crate::furniture;
 use crate::geometry::Placed;
@@ -308,9 +309,6 @@ pub struct ViewArgs {
     /// Camera file (JSON), instead of the orbit
     #[arg(long, value_name = "FILE", conflicts_with_all = ["orbit", "zoom"])]
     pub camera: Option<PathBuf>,
-    /// Transfer-function file (JSON), or a preset: standard, viridis, inferno, turbo, coolwarm, rainbow, grey
-    #[arg(long, value_name = "FILE|PRESET", default_value = "standard")]
-    pub tf: String,
     /// The octree texture, or the mesh itself
     #[arg(long, value_enum, default_value = "octree")]
     pub renderer: RendererArg,
@@ -337,6 +335,8 @@ pub struct ViewArgs {
     pub intervals: IntervalsArg,
     #[command(flatten)]
     pub mode: ModeArgs,
+    #[command(flatten)]
+    pub transfer: TransferArgs,
     /// What a session says where no flag does.
     #[arg(skip)]
     pub session: Option<SessionView>,
@@ -423,10 +423,7 @@ impl ViewArgs {
     pub fn files(&self) -> Result<(TransferFunction, Option<Camera>)> {
         self.check()?;
         let session = self.session.as_ref();
-        let transfer_function = match session.and_then(|session| session.transfer_function.clone()) {
-            Some(transfer_function) => transfer_function,
-            None => read_transfer_function(&self.tf)?,
-        };
+        let transfer_function = self.transfer.read(session.and_then(|session| session.transfer_function.as_ref()))?;
         Ok((transfer_function, self.camera_file()?.or(session.and_then(|session| session.camera))))
     }
 
@@ -459,16 +456,6 @@ impl ViewArgs {
         };
         self.session.as_ref().map_or(flags, |session| session.settings(flags))
     }
-}
-
-/// The transfer function that `--tf` names, a preset or a file; read and checked.
-pub fn read_transfer_function(name: &str) -> Result<TransferFunction> {
-    if TransferFunction::PRESETS.contains(&name) || !(name.contains(['.', '/']) || Path::new(name).exists()) {
-        return Ok(TransferFunction::preset(name)?);
-    }
-    let tf: TransferFunction = read_json(Path::new(name), "a transfer function")?;
-    tf.validate().with_context(|| name.to_owned())?;
-    Ok(tf)
 }
 
 /// Reads a JSON file; errors name file, line and column.

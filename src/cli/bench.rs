@@ -72,6 +72,7 @@ impl BenchCommand {
         let field = self.mesh.field(&mesh)?;
         self.mesh.check_budget(&mesh)?;
         let view = self.view.view(&mesh, self.view.files()?);
+        view.transfer_function.check_range(field.range)?;
         let renderer = Renderer::new(self.view.device.into())?;
         say_if_fallen_back(&renderer);
         // What all is compared with is the f64 renderer.

@@ -2,12 +2,14 @@
 
 mod args;
 mod bench;
+mod colormap;
 mod compare;
 mod generate;
 mod info;
 mod long_work;
 mod mode;
 mod mode_table;
+mod probe;
 mod regularize;
 mod render;
 mod report;
@@ -15,6 +17,7 @@ mod sequence;
 mod session;
 mod skip_table;
 mod subject;
+mod transfer;
 mod tune;
 mod view;
 
@@ -53,10 +56,14 @@ enum Command {
     Regularize(regularize::RegularizeCommand),
     /// Say how far an image is from a reference: PSNR, SSIM, FLIP, a difference map
     Compare(compare::CompareCommand),
+    /// Say what the data and the octree hold at points or along a line
+    Probe(probe::ProbeCommand),
     /// Find the thresholds to take: sweep them, measure error, size and time, recommend
     Tune(tune::TuneCommand),
     /// Measure build and frame times, with the paper's figures beside
     Bench(bench::BenchCommand),
+    /// List, convert and write colour maps and transfer functions
+    Colormap(colormap::ColormapCommand),
     /// Make a mesh that carries a known field
     Generate(generate::GenerateCommand),
 }
@@ -70,10 +77,23 @@ impl Cli {
             Some(Command::Info(command)) => command.run(),
             Some(Command::Regularize(command)) => command.run(),
             Some(Command::Compare(command)) => command.run(),
+            Some(Command::Probe(command)) => command.run(),
             Some(Command::Tune(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
+            Some(Command::Colormap(command)) => command.run(),
             Some(Command::Generate(command)) => command.run(),
             None => self.view.run(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::CommandFactory;
+
+    #[test]
+    fn no_two_flags_of_a_command_have_one_name() {
+        Cli::command().debug_assert();
     }
 }

@@ -1,13 +1,13 @@
 //! Flags that say what a pixel shows.
 
 use super::args::{parse_color, parse_not_negative};
-use crate::view::{Isosurface, Isosurfaces, LightSource, Mode, Phong, RenderSettings, Shading};
+use crate::view::{Isosurface, Isosurfaces, LightSource, Mode, NotAPlane, Phong, Plane, PlaneUse, Planes, RenderSettings, Shading};
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::str::FromStr;
 
-/// Mode, isosurfaces, shading.
+/// Mode, isosurfaces, planes, shading.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Mode")]
 pub struct ModeArgs {
@@ -27,6 +27,19 @@ pub struct ModeArgs {
     /// Their colours, one for all or one for each, linear RGB in [0, 1] [default: the transfer function's]
     #[arg(long, value_name = "R,G,B:..", value_delimiter = ':', requires = "iso", value_parser = parse_color)]
     pub iso_color: Vec<[f32; 3]>,
+    /// Draw only what lies on one side of a plane: x=C keeps what is at least C, -x=C the other side; or a point and the normal towards what is
+    /// kept. Up to 6 planes clip and cut together
+    #[arg(long, value_name = "x=C|X,Y,Z:NX,NY,NZ", allow_hyphen_values = true, value_parser = parse_clip)]
+    pub clip: Vec<Plane>,
+    /// Draw a plane inside the data, in the colours of the values on it
+    #[arg(long, value_name = "x=C|X,Y,Z:NX,NY,NZ", allow_hyphen_values = true, value_parser = parse_cut)]
+    pub cut: Vec<Plane>,
+    /// The opacity of such planes
+    #[arg(long, value_name = "A", default_value_t = 1.0, requires = "cut", value_parser = parse_opacity)]
+    pub cut_opacity: f32,
+    /// Draw the tets' edges on such planes; the exact renderer knows them
+    #[arg(long, requires = "cut")]
+    pub cut_edges: bool,
     /// Shading by the field's gradient [default: phong for isosurfaces, none for the volume]
     #[arg(long, value_enum)]
     pub shade: Option<ShadeArg>,
@@ -75,8 +88,8 @@ impl ModeArgs {
     pub fn check(&self) -> Result<()> {
         let mode = self.mode();
         self.check_details()?;
-        if mode == Mode::Iso && self.iso.is_empty() {
-            bail!("--mode iso draws surfaces of equal value; say which with --iso V");
+        if mode == Mode::Iso && self.iso.is_empty() && self.cut.is_empty() {
+            bail!("--mode iso draws surfaces of equal value; say which with --iso V (or planes with --cut)");
         }
         if mode.is_number() && !self.iso.is_empty() {
             bail!("--iso is drawn with --mode composite or iso; the mode is {mode}");
@@ -102,6 +115,10 @@ impl ModeArgs {
             }
         }
         Isosurfaces::new(&self.isosurfaces())?;
+        Planes::new(&self.planes())?;
+        if mode.is_number() && !self.cut.is_empty() {
+            bail!("--cut is drawn with --mode composite or iso; the mode is {mode}");
+        }
         Ok(())
     }
 
@@ -117,6 +134,11 @@ impl ModeArgs {
         self.iso.iter().enumerate().map(surface).collect()
     }
 
+    fn planes(&self) -> Vec<Plane> {
+        let cut = |plane: &Plane| Plane { used: PlaneUse::Cut { opacity: self.cut_opacity, edges: self.cut_edges }, ..*plane };
+        self.clip.iter().copied().chain(self.cut.iter().map(cut)).collect()
+    }
+
     /// What the flags make of settings; they are valid.
     pub fn settings(&self, settings: RenderSettings) -> RenderSettings {
         let [ambient, diffuse, specular, shininess] = [self.ambient, self.diffuse, self.specular, self.shininess].map(|k| k as f32);
@@ -126,12 +148,21 @@ impl ModeArgs {
             phong: Phong { ambient, diffuse, specular, shininess, light: self.light },
         };
         let isosurfaces = Isosurfaces::new(&self.isosurfaces()).unwrap_or_default();
-        RenderSettings { mode: self.mode(), isosurfaces, shading, ..settings }
+        let planes = Planes::new(&self.planes()).unwrap_or_default();
+        RenderSettings { mode: self.mode(), isosurfaces, planes, shading, ..settings }
     }
 }
 
 fn parse_value(text: &str) -> Result<f64, String> {
     super::args::parse_number(text, |_| true, "a number")
+}
+
+fn parse_clip(text: &str) -> Result<Plane, NotAPlane> {
+    Plane::parse(text, PlaneUse::Clip)
+}
+
+fn parse_cut(text: &str) -> Result<Plane, NotAPlane> {
+    Plane::parse(text, PlaneUse::Cut { opacity: 1.0, edges: false })
 }
 
 fn parse_opacity(text: &str) -> Result<f32, String> {
@@ -183,6 +214,9 @@ mod tests {
         let surface = |value, color, opacity| Isosurface { value, color: Some(color), opacity };
         assert_eq!(two.isosurfaces.iter().collect::<Vec<_>>(), [surface(-1.0, [0.0, 0.0, 1.0], 1.0), surface(2.0, [1.0, 0.0, 0.0], 0.5)]);
         assert!(two.shading.surfaces && two.shading.phong.light == LightSource::From(DVec3::NEG_Z * 2.0));
+        let planes = settings("--clip -x=1 --cut 0,0,2:0,0,1 --cut-opacity 0.5 --cut-edges").expect("valid").planes;
+        let used: Vec<_> = planes.iter().map(|plane| (plane.normal, plane.used)).collect();
+        assert_eq!(used, [(DVec3::NEG_X, PlaneUse::Clip), (DVec3::Z, PlaneUse::Cut { opacity: 0.5, edges: true })]);
         let phong = settings("--shade phong --specular 0 --shininess 3").expect("valid").shading;
         assert!(phong.volume && phong.phong.specular == 0.0 && phong.phong.shininess == 3.0);
     }
@@ -199,6 +233,11 @@ mod tests {
             "--iso 1 --iso-opacity 2",
             "--iso x",
             "--iso 1,2,3,4,5,6,7,8,9",
+            "--clip w=1",
+            "--mode mip --cut x=0",
+            "--cut x=0 --cut-opacity 2",
+            "--cut-edges",
+            "--clip x=0 --clip y=0 --clip z=0 --cut x=1 --cut y=1 --cut z=1 --cut x=2",
             "--light 0,0,0",
             "--light 1,2",
             "--shininess 0.5",

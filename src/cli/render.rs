@@ -74,6 +74,7 @@ Examples:
   octetra render flow.vtu --orbit 3 --array momentum --component x
   octetra render flow.vtu --renderer exact -o exact.png    the mesh itself, to compare with
   octetra render flow.vtu --iso 1.2,2.5 --iso-opacity 0.4,1        surfaces of equal value in the volume
+  octetra render flow.vtu --clip y=0 --cut z=1 --cut-opacity 0.7   what lies at y >= 0, and a plane in the colours of the values
   octetra render flow.vtu --mode mip --value largest.npy           the largest value on each ray, and the numbers
   octetra render flow.vtu --preset fine --stats fine.json
   octetra render flow.vtu --furniture bar,axes,box --background 1,1,1
@@ -109,6 +110,7 @@ impl RenderCommand {
         let subject = read_subject(&self.mesh, &self.volume)?;
         let mut report = Report::new(&subject, start.elapsed().as_secs_f64());
         let view = self.view.view(&subject, files);
+        view.transfer_function.check_range(subject.range()).with_context(|| self.mesh.shown_name())?;
         report.params(&self.mesh, subject.array(), &self.octree, Some((&self.view, &view)))?;
         report.set("params", "background", if self.transparent { json!("transparent") } else { json!(self.background) });
         report.set("params", "furniture", self.furniture.to_string());

@@ -33,6 +33,7 @@ pub struct SessionView {
 const CAMERA: [&str; 3] = ["camera", "orbit", "zoom"];
 const RAW: [&str; 4] = ["dims", "voxel", "spacing", "big_endian"];
 const ISOSURFACES: [&str; 3] = ["iso", "iso_opacity", "iso_color"];
+const PLANES: [&str; 4] = ["clip", "cut", "cut_opacity", "cut_edges"];
 const PHONG: [&str; 5] = ["light", "ambient", "diffuse", "specular", "shininess"];
 const THRESHOLDS: [&str; 10] = [
     "preset",
@@ -70,6 +71,7 @@ impl Given {
         take(&["intervals"], |to, from| to.intervals = from.intervals);
         take(&["mode", "xray"], |to, from| to.mode = from.mode);
         take(&ISOSURFACES, |to, from| to.isosurfaces = from.isosurfaces);
+        take(&PLANES, |to, from| to.planes = from.planes);
         take(&["shade"], |to, from| to.shading = Shading { phong: to.shading.phong, ..from.shading });
         take(&PHONG, |to, from| to.shading.phong = from.shading.phong);
         settings
@@ -114,8 +116,8 @@ impl SessionArgs {
             settings: session.render,
             given: given.clone(),
         });
-        if view.settings().mode == crate::view::Mode::Iso && view.settings().isosurfaces.is_empty() {
-            bail!("{}: render.mode is iso and there are no isosurfaces; say which with --iso V", path.display());
+        if view.settings().mode == crate::view::Mode::Iso && !view.settings().with_surfaces() {
+            bail!("{}: render.mode is iso and there are no isosurfaces; say which with --iso V (or planes with --cut)", path.display());
         }
         Ok(Some(session))
     }
@@ -242,14 +244,10 @@ mod tests {
             view: ViewArgs,
         }
         use clap::CommandFactory;
-        let known = [
-            &CAMERA[..],
-            &ISOSURFACES,
-            &PHONG,
-            &["size", "tf", "renderer", "device", "steps", "step", "voxels", "skip"],
-            &["intervals", "mode", "xray", "shade", "help"],
-        ]
-        .concat();
+        let others = ["tf", "size", "renderer", "device", "steps", "step", "voxels", "skip", "intervals", "mode", "xray", "shade", "help"];
+        // Changes of the session's own transfer function.
+        let changes = ["range", "scale", "unit_distance", "discrete", "opacity_scale"];
+        let known = [&CAMERA[..], &ISOSURFACES, &PLANES, &PHONG, &others, &changes].concat();
         for arg in ViewFlags::command().get_arguments() {
             assert!(known.contains(&arg.get_id().as_str()), "--{} beside --session", arg.get_id());
         }

@@ -34,6 +34,7 @@ pub fn run(mesh: &MeshArgs, volume: &RawArgs, octree: &OctreeArgs, view: &ViewAr
     let files = view.files()?;
     let subject = read_subject(mesh, volume)?;
     let seen = view.view(&subject, files);
+    seen.transfer_function.check_range(subject.range())?;
     let renderer = Renderer::new(view.device.into())?;
     say_if_fallen_back(&renderer);
     let start = Instant::now();

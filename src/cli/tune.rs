@@ -1,11 +1,10 @@
 //! `octetra tune`: which thresholds to take.
 
-use super::args::{
-    DeviceArg, MeshArgs, RawArgs, check_outputs, parse_bytes, parse_positive, parse_size, read_transfer_function, threshold_flags,
-};
+use super::args::{DeviceArg, MeshArgs, RawArgs, check_outputs, parse_bytes, parse_positive, parse_size, threshold_flags};
 use super::long_work::with_bar;
 use super::render::say_if_fallen_back;
 use super::subject::{check_budget, read_subject};
+use super::transfer::TransferArgs;
 use crate::geometry::Placed;
 use crate::image::{Background, write_atomically, write_png};
 use crate::mesh::Component;
@@ -64,9 +63,8 @@ pub struct TuneCommand {
     /// Their size in pixels
     #[arg(long, value_name = "N|WxH", default_value = "256", value_parser = parse_size, help_heading = "View")]
     size: [u32; 2],
-    /// Transfer-function file (JSON), or a preset: standard, viridis, inferno, turbo, coolwarm, rainbow, grey
-    #[arg(long, value_name = "FILE|PRESET", default_value = "standard", help_heading = "View")]
-    tf: String,
+    #[command(flatten)]
+    transfer: TransferArgs,
     /// Where to draw: auto takes the best GPU, else the CPU
     #[arg(long, value_enum, default_value = "auto", help_heading = "View")]
     device: DeviceArg,
@@ -85,8 +83,10 @@ impl TuneCommand {
     /// Sweeps, prints the table and what to take, writes.
     pub fn run(self) -> Result<()> {
         check_outputs(&self.mesh, &[self.json.as_ref(), self.chart.as_ref()])?;
-        let transfer_function = read_transfer_function(&self.tf)?;
+        let transfer_function = self.transfer.read(None)?;
         let subject = read_subject(&self.mesh, &self.volume)?;
+        transfer_function.check_range(subject.range()).with_context(|| self.mesh.shown_name())?;
+        let transfer_function = self.transfer.scaled(transfer_function, subject.bounds().diagonal());
         check_budget(&self.mesh, &subject)?;
         let renderer = Renderer::new(self.device.into())?;
         say_if_fallen_back(&renderer);
@@ -241,9 +241,7 @@ impl TuneCommand {
             Component::Magnitude => {}
             Component::Index(i) => words.extend(["--component".to_owned(), i.to_string()]),
         }
-        if self.tf != "standard" {
-            words.extend(["--tf".to_owned(), self.tf.clone()]);
-        }
+        words.extend(self.transfer.flags());
         words.extend(self.volume.flags());
         words.extend(threshold_flags(params));
         words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")

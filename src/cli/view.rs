@@ -9,7 +9,7 @@ use crate::octree::Subject;
 use crate::session::Source;
 use crate::study::ErrorSampling;
 use crate::view::RendererKind;
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 
 /// `octetra view`, and plain `octetra`.
@@ -38,6 +38,7 @@ impl ViewCommand {
             return Err(no_exact_volume(&self.mesh));
         }
         let view = self.view.view(&subject, files);
+        view.transfer_function.check_range(subject.range()).with_context(|| self.mesh.shown_name())?;
         check_budget(&self.mesh, &subject)?;
         app::run(Options {
             name: self.mesh.stem(),

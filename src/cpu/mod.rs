@@ -9,6 +9,7 @@ mod march_leaf;
 mod march_paper;
 mod parts;
 mod pass;
+mod pick;
 mod probe;
 mod ray;
 mod surface;
@@ -18,6 +19,7 @@ mod surface_tests;
 use descent::{Descent, What};
 pub use descent::{INTERIOR, MAX_DEPTH};
 pub use march_leaf::MAX_PIECES;
+pub use pick::{Picked, pick};
 pub use probe::{CLOSE, MAX_STEPS};
 pub use ray::{FAR, PARALLEL};
 pub use surface::{MAX_HITS, TINY, surface_intervals};
@@ -60,6 +62,8 @@ struct Scene<'a> {
     mode: Mode,
     output: Output,
     style: Style,
+    with_surfaces: bool,
+    rays: CubeRays,
     is_volume_shaded: bool,
     are_surfaces_shaded: bool,
     min_transmittance: f32,
@@ -92,7 +96,7 @@ impl Scene<'_> {
 
     /// Whether passing a step looks up the octree at other places than the step's ends.
     fn is_probing(&self) -> bool {
-        self.is_volume_shaded || !self.style.surfaces().is_empty()
+        self.is_volume_shaded || self.with_surfaces
     }
 
     /// What of the tree is marched.
@@ -102,7 +106,7 @@ impl Scene<'_> {
 
     /// Marches a ray; returns the pixel and the number of full leaves looked up.
     fn march(&self, ray: &Ray, steps: Steps) -> ([f32; 4], u32) {
-        let mut gathered = Gathered::new();
+        let mut gathered = Gathered::new(self, ray);
         let mut way = Way::start(self, ray);
         let march_span = match steps {
             Steps::Leaf => march_leaf::march,
@@ -223,6 +227,8 @@ pub fn march(
         mode: settings.mode,
         output: settings.output,
         style,
+        with_surfaces: settings.with_surfaces(),
+        rays,
         is_volume_shaded: settings.is_volume_shaded(),
         are_surfaces_shaded: settings.shading.surfaces,
         min_transmittance: settings.min_transmittance as f32,
@@ -235,7 +241,7 @@ pub fn march(
         progress.check()?;
         let mut samples = 0;
         for (column, pixel) in pixels.iter_mut().enumerate() {
-            let ray = Ray::enter(rays.ray(column as u32, row as u32));
+            let ray = Ray::enter(rays.ray(column as u32, row as u32), &rays.clips);
             if ray.t_out > 0.0 {
                 let (marched, met) = scene.march(&ray, settings.steps);
                 *pixel = marched;

@@ -5,7 +5,7 @@ use super::probe::{meet, probe};
 use super::ray::{FAR, Ray};
 use super::{Scene, is_between};
 use crate::optics::{Light, Lit};
-use crate::view::{Mode, Output};
+use crate::view::{Mode, Output, Planes};
 use glam::Vec3;
 
 /// What a ray has made of its way so far.
@@ -19,6 +19,8 @@ pub(super) struct Gathered {
     surface_t: f32,
     /// The last value, where what comes next continues it.
     last: Option<f32>,
+    /// Where the ray meets each plane that is drawn, still ahead; [`FAR`] for others.
+    cuts: [f32; Planes::MOST],
 }
 
 /// A stretch of a ray over which the field goes linearly from one value to another.
@@ -36,8 +38,15 @@ pub(super) struct Piece {
 
 impl Gathered {
     /// Nothing yet.
-    pub fn new() -> Self {
-        Gathered { light: Light::default(), number: -1.0, length: 0.0, surface_t: FAR, last: None }
+    pub fn new(scene: &Scene, ray: &Ray) -> Self {
+        let mut cuts = [FAR; Planes::MOST];
+        for (t, plane) in cuts.iter_mut().zip(scene.rays.cuts.used()) {
+            let along = plane.truncate().dot(ray.direction);
+            if along != 0.0 {
+                *t = (plane.w - plane.truncate().dot(ray.origin)) / along;
+            }
+        }
+        Gathered { light: Light::default(), number: -1.0, length: 0.0, surface_t: FAR, last: None, cuts }
     }
 
     /// What comes next does not continue what was passed last.
@@ -72,7 +81,7 @@ impl Gathered {
                 self.number = self.number.max(0.0) + 0.5 * (front + back) * piece.length;
                 self.length += piece.length;
             }
-            Mode::Composite | Mode::Iso if !scene.style.surfaces().is_empty() => self.pass_surfaces(scene, ray, descent, piece),
+            Mode::Composite | Mode::Iso if scene.with_surfaces => self.pass_cuts(scene, ray, descent, piece),
             Mode::Composite => self.add_part(scene, ray, piece),
             Mode::Iso => {}
         }
@@ -85,6 +94,37 @@ impl Gathered {
             gradient = probe(scene, ray, descent, 0.5 * (span[0] + span[1])).map_or(Vec3::ZERO, |found| found.gradient);
         }
         self.pass(scene, ray, descent, Piece { span, ends, length: (span[1] - span[0]) * ray.length, gradient })
+    }
+
+    /// Passes a piece, cut at each plane in it that is drawn, in the order of the ray.
+    fn pass_cuts(&mut self, scene: &Scene, ray: &Ray, descent: &mut Descent, piece: Piece) {
+        let mut rest = piece;
+        loop {
+            let [begin, end] = rest.span;
+            let ahead = |t: f32| begin <= t && t < end;
+            let Some(i) = (0..Planes::MOST).filter(|&i| ahead(self.cuts[i])).min_by(|&a, &b| self.cuts[a].total_cmp(&self.cuts[b])) else {
+                return self.pass_surfaces(scene, ray, descent, rest);
+            };
+            let t = std::mem::replace(&mut self.cuts[i], FAR);
+            let [front, back] = rest.ends;
+            let value = front + (back - front) * ((t - begin) / (end - begin));
+            self.pass_surfaces(scene, ray, descent, rest.part([begin, t], [front, value]));
+            self.add_cut(scene, i, value);
+            if self.is_opaque(scene) {
+                return;
+            }
+            rest = rest.part([t, end], [value, back]);
+        }
+    }
+
+    /// Adds a plane that is drawn, in the colour of the value on it.
+    fn add_cut(&mut self, scene: &Scene, i: usize, value: f32) {
+        let color = scene.table.classify(scene.table.interval(value), value).color;
+        let [opacity, _] = scene.rays.cut_looks[i];
+        for c in 0..3 {
+            self.light.color[c] += self.light.transmittance * opacity * color[c];
+        }
+        self.light.transmittance *= 1.0 - opacity;
     }
 
     /// Passes a piece, cut at each surface in it, in the order of the ray.

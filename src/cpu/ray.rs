@@ -4,7 +4,7 @@
 //! cell the ray goes to the neighbour beyond the face where it leaves, by integer arithmetic: whatever rounding does to positions, no
 //! cell is missed or visited twice, and each step leaves another face behind, so the walk ends.
 
-use crate::view::{CubeRay, high_bits, mul_add};
+use crate::view::{CubePlanes, CubeRay, high_bits, mul_add};
 use glam::{UVec3, Vec3};
 
 /// Direction components smaller than this are taken as 0: over the cube they move a ray by less than f32 can tell.
@@ -41,15 +41,26 @@ fn reciprocal(x: Vec3) -> Vec3 {
 }
 
 impl Ray {
-    /// Cuts a ray to the root cube.
-    pub fn enter(ray: CubeRay) -> Ray {
+    /// Cuts a ray to the root cube and to the planes that clip.
+    pub fn enter(ray: CubeRay, clips: &CubePlanes) -> Ray {
         let parallel = ray.direction.abs().cmplt(Vec3::splat(PARALLEL));
         let direction = Vec3::select(parallel, Vec3::ZERO, ray.direction);
         let inverse = reciprocal(Vec3::select(parallel, Vec3::splat(1.0 / FAR), direction));
 
         let (to_low, to_high) = (-ray.origin * inverse, (1.0 - ray.origin) * inverse);
-        let near = Vec3::select(parallel, Vec3::splat(-FAR), to_low.min(to_high)).max_element().max(ray.t_eye);
-        let far = Vec3::select(parallel, Vec3::splat(FAR), to_low.max(to_high)).min_element();
+        let mut near = Vec3::select(parallel, Vec3::splat(-FAR), to_low.min(to_high)).max_element().max(ray.t_eye);
+        let mut far = Vec3::select(parallel, Vec3::splat(FAR), to_low.max(to_high)).min_element();
+        for plane in clips.used() {
+            let along = plane.truncate().dot(direction);
+            let before = plane.w - plane.truncate().dot(ray.origin);
+            if along > 0.0 {
+                near = near.max(before / along);
+            } else if along < 0.0 {
+                far = far.min(before / along);
+            } else if before > 0.0 {
+                far = -FAR;
+            }
+        }
         let beside = parallel & (ray.origin.cmplt(Vec3::ZERO) | ray.origin.cmpge(Vec3::ONE));
         let misses = beside.any() || near >= far;
 
@@ -58,6 +69,7 @@ impl Ray {
         let side = Vec3::select(direction.cmpge(Vec3::ZERO), Vec3::ONE, Vec3::ZERO);
         let t_out = ((side - origin) * inverse).min_element();
         let t_out = if misses { 0.0 } else { t_out.max(0.0) };
+        let t_out = if clips.count > 0 { t_out.min((far - near).max(0.0)) } else { t_out };
         Ray { origin, direction, length: ray.length, inverse, t_out, t_eye: ray.t_eye - near }
     }
 

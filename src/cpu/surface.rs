@@ -11,7 +11,7 @@
 use super::ray::{FAR, Ray};
 use crate::mesh::BoundarySurface;
 use crate::mesh::boundary::{MAX_LEVELS, SurfaceNode, SurfaceVertex};
-use crate::view::{CubeRay, high_bits, mul_add};
+use crate::view::{CubePlanes, CubeRay, high_bits, mul_add};
 use glam::{UVec2, Vec2, Vec3, Vec3Swizzles};
 
 /// Hits are gathered so many at a time, nearest first.
@@ -22,11 +22,13 @@ pub const TINY: f32 = 1.455_191_5e-11;
 /// The intervals of a ray inside the mesh as (t0, t1), t0 < t1, in order and without overlap; t counts from where the ray enters the root
 /// cube, or from the eye in it, in the ray's own unit. Empty if the ray misses the cube.
 pub fn surface_intervals(surface: &BoundarySurface, ray: CubeRay) -> Vec<(f32, f32)> {
-    let ray = Ray::enter(ray);
-    if ray.t_out <= 0.0 {
-        return Vec::new();
-    }
-    let mut way = SurfaceRay::start(surface, &ray);
+    let ray = Ray::enter(ray, &CubePlanes::default());
+    if ray.t_out <= 0.0 { Vec::new() } else { intervals_on(surface, &ray) }
+}
+
+/// The same of a ray that was cut to the cube, and to planes.
+pub(super) fn intervals_on(surface: &BoundarySurface, ray: &Ray) -> Vec<(f32, f32)> {
+    let mut way = SurfaceRay::start(surface, ray);
     std::iter::from_fn(|| Some(way.next_interval()).filter(|(t0, t1)| t0 < t1)).collect()
 }
 

@@ -7,7 +7,7 @@ use crate::exact::test_meshes::{Random, add_grid, cube, jitter, mesh, point_fiel
 use crate::mesh::generate::{Shape, plan};
 use crate::mesh::{Association, BoundarySurface, MeshParts, ScalarField, TetMesh, collect};
 use crate::progress::Progress;
-use crate::view::CubeRay;
+use crate::view::{CubePlanes, CubeRay};
 use glam::{DVec3, Vec3};
 
 /// A mesh with its surface and its exact scene.
@@ -33,7 +33,7 @@ impl Case {
     fn ray(&self, origin: DVec3, direction: DVec3) -> (Ray, DVec3, DVec3) {
         let (min, edge) = self.mesh.root_cube();
         let (from, along) = (((origin - min) / edge).as_vec3(), direction.as_vec3());
-        let ray = Ray::enter(CubeRay { origin: from, direction: along, length: along.length(), t_eye: 0.0 });
+        let ray = Ray::enter(CubeRay { origin: from, direction: along, length: along.length(), t_eye: 0.0 }, &CubePlanes::default());
         let entered = min + ray.origin.as_dvec3() * edge;
         (ray, entered, along.as_dvec3().normalize())
     }

@@ -71,6 +71,16 @@ pub struct Segment {
     pub tet: u32,
 }
 
+impl Segment {
+    /// The part of it from `t_in` to `t_out`.
+    fn part(&self, t_in: f64, t_out: f64) -> Segment {
+        let value = |t: f64| self.s_in + (self.s_out - self.s_in) * ((t - self.t_in) / (self.t_out - self.t_in));
+        let s_in = if t_in == self.t_in { self.s_in } else { value(t_in) };
+        let s_out = if t_out == self.t_out { self.s_out } else { value(t_out) };
+        Segment { t_in, t_out, s_in, s_out, tet: self.tet }
+    }
+}
+
 /// Memory that one ray hands to the next.
 #[derive(Default)]
 struct Scratch {
@@ -127,7 +137,7 @@ impl ExactScene {
         progress: &Progress,
     ) -> Result<Image, Cancelled> {
         let mut image = Image::new(frame.width, frame.height);
-        self.follow(frame, &Look::new(self, tf, settings), &mut image.pixels, |ray| ray.pixel(), progress)?;
+        self.follow(frame, &Look::new(self, tf, settings, frame), &mut image.pixels, |ray| ray.pixel(), progress)?;
         Ok(image)
     }
 
@@ -135,7 +145,7 @@ impl ExactScene {
     pub fn numbers(&self, frame: &RayFrame, settings: &RenderSettings, progress: &Progress) -> Result<Vec<RayNumber>, Cancelled> {
         let tf = TransferFunction::default();
         let mut numbers = vec![RayNumber { value: f64::NAN, depth: f64::NAN }; frame.width as usize * frame.height as usize];
-        self.follow(frame, &Look::new(self, &tf, settings), &mut numbers, |ray| ray.number(), progress)?;
+        self.follow(frame, &Look::new(self, &tf, settings, frame), &mut numbers, |ray| ray.number(), progress)?;
         Ok(numbers)
     }
 
@@ -154,7 +164,7 @@ impl ExactScene {
             for (column, pixel) in pixels.iter_mut().enumerate() {
                 progress.check()?;
                 let (origin, direction) = frame.ray(column as u32, row as u32);
-                let mut gathered = Gathered::new(look, direction);
+                let mut gathered = Gathered::new(look, origin, direction);
                 let _ = self.visit(origin, direction, scratch, |segment| {
                     if gathered.pass(segment) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
                 });

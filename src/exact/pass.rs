@@ -4,7 +4,7 @@ use super::integral::Light;
 use super::transfer::{Sample, Transfer};
 use super::{ExactScene, Segment};
 use crate::mesh::Association;
-use crate::view::{Isosurface, LightSource, Mode, Phong, RenderSettings, Shading, TransferFunction};
+use crate::view::{Isosurface, LightSource, Mode, Phong, Plane, PlaneUse, RayFrame, RenderSettings, Shading, TransferFunction};
 use glam::DVec3;
 
 /// What of a ray is no colour.
@@ -15,6 +15,9 @@ pub struct RayNumber {
     /// Distance along the ray to the first isosurface, world units; NaN where there is none.
     pub depth: f64,
 }
+
+/// How dark an edge is.
+const EDGE_INK: f64 = 0.8;
 
 /// What all rays of an image share.
 pub(super) struct Look<'a> {
@@ -27,6 +30,18 @@ pub(super) struct Look<'a> {
     /// The gradient at which the volume is shaded by half: data units per world unit.
     gradient_floor: f64,
     min_transmittance: f64,
+    /// What clips, and what is drawn; relative to the mesh's centre, normals of length 1.
+    clips: Vec<Plane>,
+    cuts: Vec<Cut>,
+    /// The rays that are followed.
+    frame: RayFrame,
+}
+
+/// A plane that is drawn.
+struct Cut {
+    plane: Plane,
+    opacity: f64,
+    has_edges: bool,
 }
 
 /// What a ray has made of its way so far.
@@ -40,6 +55,11 @@ pub(super) struct Gathered<'a> {
     depth: f64,
     /// The segment before.
     last: Option<Segment>,
+    /// What of the ray is not clipped.
+    within: [f64; 2],
+    /// Where it meets each plane that is drawn, if it does and has not passed it yet.
+    cuts: Vec<Option<f64>>,
+    origin: DVec3,
 }
 
 /// A part of a segment: where it begins and ends, and the values there.
@@ -50,7 +70,7 @@ struct Part {
 }
 
 impl<'a> Look<'a> {
-    pub fn new(scene: &'a ExactScene, tf: &TransferFunction, settings: &RenderSettings) -> Self {
+    pub fn new(scene: &'a ExactScene, tf: &TransferFunction, settings: &RenderSettings, frame: &RayFrame) -> Self {
         let transfer = if settings.mode == Mode::Integral {
             let range = tf.range.unwrap_or_else(|| Mode::integral_range(scene.range, scene.diagonal));
             Transfer::new(&TransferFunction { range: Some(range), ..tf.clone() }, range, scene.diagonal)
@@ -65,18 +85,48 @@ impl<'a> Look<'a> {
         let width = scene.range[1] - scene.range[0];
         let gradient_floor = if scene.diagonal > 0.0 { Shading::GRADIENT_FLOOR * width / scene.diagonal } else { 1.0 };
         let (mode, shading, min_transmittance) = (settings.mode, settings.shading, settings.min_transmittance);
-        Look { scene, transfer, mode, surfaces, shading, gradient_floor, min_transmittance }
+        let (mut clips, mut cuts) = (Vec::new(), Vec::new());
+        for plane in frame.planes.iter() {
+            let plane = Plane { normal: plane.normal.normalize(), ..plane };
+            match plane.used {
+                PlaneUse::Clip => clips.push(plane),
+                PlaneUse::Cut { opacity, edges } => cuts.push(Cut { plane, opacity: f64::from(opacity), has_edges: edges }),
+            }
+        }
+        Look { scene, transfer, mode, surfaces, shading, gradient_floor, min_transmittance, clips, cuts, frame: *frame }
     }
 }
 
 impl<'a> Gathered<'a> {
     /// A ray along `direction`, of length 1, before it meets anything.
-    pub fn new(look: &'a Look<'a>, direction: DVec3) -> Self {
-        Gathered { look, to_eye: -direction, light: Light::NONE, value: f64::NAN, length: 0.0, depth: f64::NAN, last: None }
+    pub fn new(look: &'a Look<'a>, origin: DVec3, direction: DVec3) -> Self {
+        // Where it meets a plane, and how fast it nears the side that the normal points to.
+        let meets = |plane: &Plane| ((plane.point - origin).dot(plane.normal), direction.dot(plane.normal));
+        let mut within = [0.0, f64::INFINITY];
+        for plane in &look.clips {
+            match meets(plane) {
+                (before, along) if along > 0.0 => within[0] = f64::max(within[0], before / along),
+                (before, along) if along < 0.0 => within[1] = f64::min(within[1], before / along),
+                (before, _) if before > 0.0 => within[1] = f64::NEG_INFINITY,
+                _ => {}
+            }
+        }
+        let cut = |cut: &Cut| match meets(&cut.plane) {
+            (before, along) if along != 0.0 => Some(before / along),
+            _ => None,
+        };
+        let cuts = look.cuts.iter().map(cut).collect();
+        let (light, value, depth) = (Light::NONE, f64::NAN, f64::NAN);
+        Gathered { look, to_eye: -direction, light, value, length: 0.0, depth, last: None, within, cuts, origin }
     }
 
-    /// Passes a segment; whether there may be more to see behind.
+    /// Passes a segment, as much of it as is not clipped; whether there may be more to see behind.
     pub fn pass(&mut self, segment: Segment) -> bool {
+        let [begin, end] = [segment.t_in.max(self.within[0]), segment.t_out.min(self.within[1])];
+        if begin >= end {
+            return segment.t_in < self.within[1];
+        }
+        let segment = segment.part(begin, end);
         let Segment { t_in, t_out, s_in, s_out, .. } = segment;
         match self.look.mode {
             Mode::Maximum => self.value = self.value.max(s_in).max(s_out),
@@ -85,9 +135,46 @@ impl<'a> Gathered<'a> {
                 self.length += t_out - t_in;
                 self.value = if self.value.is_nan() { 0.0 } else { self.value } + 0.5 * (s_in + s_out) * (t_out - t_in);
             }
-            Mode::Composite | Mode::Iso => self.pass_surfaces(segment),
+            Mode::Composite | Mode::Iso => self.pass_cuts(segment),
         }
         self.light.transmittance >= self.look.min_transmittance
+    }
+
+    /// Passes a segment, cut at the planes in it that are drawn.
+    fn pass_cuts(&mut self, segment: Segment) {
+        let mut rest = segment;
+        loop {
+            let ahead = |t: Option<f64>| t.filter(|t| rest.t_in <= *t && *t < rest.t_out);
+            let next = (0..self.cuts.len()).filter_map(|i| Some((i, ahead(self.cuts[i])?))).min_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((i, t)) = next else { return self.pass_surfaces(rest) };
+            self.cuts[i] = None;
+            let before = rest.part(rest.t_in, t);
+            self.pass_surfaces(before);
+            self.add_cut(i, t, &before);
+            if self.light.transmittance < self.look.min_transmittance {
+                return;
+            }
+            rest = rest.part(t, rest.t_out);
+        }
+    }
+
+    /// Adds a plane that is drawn, at the end of a segment.
+    fn add_cut(&mut self, i: usize, t: f64, before: &Segment) {
+        let Look { transfer, cuts, scene, frame, .. } = self.look;
+        let mut color = transfer.sample(transfer.normalize(before.s_out)).color;
+        if cuts[i].has_edges {
+            let direction = -self.to_eye;
+            let distance = scene.distance_to_edge(before.tet, self.origin + direction * t, cuts[i].plane.normal);
+            // Perspective pixels widen with the distance along the view direction, parallel ones do not.
+            let ahead = t * direction.dot(frame.forward.normalize());
+            let pixel = (frame.right_origin + frame.right * ahead).length() * 2.0 / f64::from(frame.width);
+            let covered = (1.0 - (distance / pixel - 0.5)).clamp(0.0, 1.0);
+            color = color.map(|c| c * (1.0 - EDGE_INK * covered));
+        }
+        for (light, own) in self.light.color.iter_mut().zip(color) {
+            *light += self.light.transmittance * cuts[i].opacity * own;
+        }
+        self.light.transmittance *= 1.0 - cuts[i].opacity;
     }
 
     /// Passes a segment, cut at the surfaces in it.
@@ -210,6 +297,18 @@ impl ExactScene {
             return DVec3::ZERO;
         }
         (u * f.cross(g) + v * g.cross(e) + w * e.cross(f)) / (volume * self.unit)
+    }
+
+    /// How far a place in a tet is from the nearest of its faces, along a plane with this normal: where they cut it are edges.
+    fn distance_to_edge(&self, tet: u32, at: DVec3, normal: DVec3) -> f64 {
+        let corners = self.tets[tet as usize].corners.map(|corner| self.vertices[corner as usize].position * self.unit);
+        let of_face = |i: usize| {
+            let [a, b, c] = [1, 2, 3].map(|k| corners[(i + k) % 4]);
+            let face = (b - a).cross(c - a);
+            let steepness = face.reject_from_normalized(normal).length();
+            if steepness > 0.0 { face.dot(at - a).abs() / steepness } else { f64::INFINITY }
+        };
+        (0..4).map(of_face).fold(f64::INFINITY, f64::min)
     }
 
     /// A normal of the face that two tets share; 0 if they do not.

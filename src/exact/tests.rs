@@ -5,7 +5,7 @@ use super::*;
 use crate::geometry::{FACES, signed_volume};
 use crate::image::difference;
 use crate::mesh::MeshParts;
-use crate::view::{Camera, OpacityModel, Projection, RenderSettings};
+use crate::view::{Camera, OpacityModel, Planes, Projection, RenderSettings};
 
 fn scene(mesh: &TetMesh, field: &ScalarField) -> ExactScene {
     ExactScene::new(mesh, field, &Progress::new()).expect("not cancelled")
@@ -59,13 +59,14 @@ fn assert_same(found: (f64, f64, usize), expected: (f64, f64, usize)) {
 fn grey(opacity: Vec<[f64; 2]>, luminance: &[[f64; 2]], unit_distance: f64) -> TransferFunction {
     let color = luminance.iter().map(|&[x, l]| [x, l, l, l]).collect();
     let unit_distance = Some(unit_distance);
-    TransferFunction { color, opacity, opacity_model: OpacityModel::Linear, unit_distance, range: Some([0.0, 1.0]) }
+    TransferFunction { color, opacity, unit_distance, range: Some([0.0, 1.0]), ..TransferFunction::standard() }
 }
 
 /// One pixel that looks along a ray.
 fn single_ray(origin: DVec3, direction: DVec3) -> RayFrame {
     let zero = DVec3::ZERO;
-    RayFrame { eye: origin, forward: direction, right: zero, up: zero, right_origin: zero, up_origin: zero, width: 1, height: 1 }
+    let planes = Planes::NONE;
+    RayFrame { eye: origin, forward: direction, right: zero, up: zero, right_origin: zero, up_origin: zero, width: 1, height: 1, planes }
 }
 
 fn pixel(scene: &ExactScene, tf: &TransferFunction, origin: DVec3, direction: DVec3) -> [f64; 4] {
@@ -110,8 +111,8 @@ fn one_tet_end_to_end() {
         (&exponential, forward, 0.534627871101574, 0.992340119130178),
         (&exponential, reversed, 0.282208182732324, 0.992340119130178),
     ] {
-        let look = Look::new(&scene, tf, &RenderSettings::new(1, 1).stopping_at(0.0));
-        let mut gathered = Gathered::new(&look, direction);
+        let look = Look::new(&scene, tf, &RenderSettings::new(1, 1).stopping_at(0.0), &single_ray(origin, direction));
+        let mut gathered = Gathered::new(&look, origin, direction);
         scene.trace(origin, direction).into_iter().for_each(|segment| _ = gathered.pass(segment));
         let light = gathered.light;
         assert!((light.color[0] - color).abs() < 1e-14 && (1.0 - light.transmittance - alpha).abs() < 1e-14, "{light:?}");

@@ -34,6 +34,7 @@ const MAX_OPACITY: f64 = 1.0 - 1.0 / (1 << 20) as f64;
 impl Transfer {
     /// Resolves `tf` for a field with values in `field_range` on a mesh whose bounds have a diagonal of `diagonal` world units.
     pub fn new(tf: &TransferFunction, field_range: [f64; 2], diagonal: f64) -> Self {
+        let tf = &*tf.in_data(field_range);
         let unit = tf.unit_distance_world(diagonal);
         let extinction = |&[x, opacity]: &[f64; 2]| match tf.opacity_model {
             OpacityModel::Linear => [x, opacity / unit],
@@ -137,7 +138,7 @@ mod tests {
             opacity: vec![[0.25, 0.2], [0.5, 0.2], [0.5, 0.6], [0.75, 1.0]],
             opacity_model: OpacityModel::Linear,
             unit_distance: Some(2.0),
-            range: None,
+            ..TransferFunction::standard()
         }
     }
 

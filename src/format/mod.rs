@@ -7,6 +7,7 @@ pub mod nrrd;
 mod plot3d;
 mod raw;
 mod source;
+pub mod transfer_file;
 #[cfg(test)]
 mod volume_tests;
 mod voxel_data;

@@ -50,9 +50,10 @@ pub fn place(size: DVec2) -> Option<[DVec2; 2]> {
 
 /// Colours over x from 0 to 1: `[x, r, g, b]`, the first at 0 and the last at 1.
 fn colors(tf: &TransferFunction) -> Vec<[f64; 4]> {
-    let ends = [tf.color.first().map(|c| (0.0, c)), tf.color.last().map(|c| (1.0, c))];
+    let knots = tf.stepped_color();
+    let ends = [knots.first().map(|c| (0.0, c)), knots.last().map(|c| (1.0, c))];
     let end = |end: Option<(f64, &[f64; 4])>| end.map(|(x, &[_, r, g, b])| [x, r, g, b]);
-    end(ends[0]).into_iter().chain(tf.color.iter().copied().filter(|c| (0.0..=1.0).contains(&c[0]))).chain(end(ends[1])).collect()
+    end(ends[0]).into_iter().chain(knots.iter().copied().filter(|c| (0.0..=1.0).contains(&c[0]))).chain(end(ends[1])).collect()
 }
 
 /// Draws it.
@@ -62,7 +63,7 @@ pub fn draw(drawing: &mut Drawing, size: DVec2, title: &str, tf: &TransferFuncti
     let y = |x: f64| max.y - height * x;
 
     // Where fills meet within a pixel, what is below would show through.
-    for &[x, r, g, b] in tf.color.iter().filter(|c| c[0] > 0.0 && c[0] < 1.0) {
+    for &[x, r, g, b] in tf.stepped_color().iter().filter(|c| c[0] > 0.0 && c[0] < 1.0) {
         let color = [r as f32, g as f32, b as f32, 1.0];
         let (min, max) = (DVec2::new(min.x, y(x) - 1.0), DVec2::new(max.x, y(x) + 1.0));
         drawing.front.push(Shape::Fill { min, max, top: color, bottom: color });

@@ -60,8 +60,7 @@ pub fn short(value: f64) -> String {
 
 /// Where on the scalar bar a value stands, 0 at its lower end and 1 at its upper one. `range` is the field's, data units.
 pub fn x_at(tf: &TransferFunction, range: [f64; 2], value: f64) -> f64 {
-    let [lo, hi] = tf.range.unwrap_or(range);
-    (value - lo) / (hi - lo)
+    tf.position(value, range)
 }
 
 /// Marks for the values from `range[0]` to `range[1]` whose places on [0, 1] are `x_at`: round numbers if these come at about equal

@@ -1,7 +1,7 @@
 //! Structs that the CPU writes and shaders read; `tests/shaders.rs` compares them with their WGSL by name, offset and size.
 
 use crate::octree::Split;
-use crate::view::{CubeRays, RayFrame, RenderSettings};
+use crate::view::{CubeRays, Planes, RayFrame, RenderSettings};
 use bytemuck::{Pod, Zeroable};
 
 pub use crate::optics::{Knot, Style, Surface};
@@ -42,8 +42,18 @@ pub struct Frame {
     pub split_axis: u32,
     /// Where the plane crosses it.
     pub split_position: f32,
-    /// Fills the struct to a multiple of 16 bytes.
-    pub _pad: [f32; 3],
+    /// How many planes clip.
+    pub clip_count: u32,
+    /// How many are drawn.
+    pub cut_count: u32,
+    /// Fills to a multiple of 16 bytes.
+    pub _pad: f32,
+    /// Normal and offset of what clips.
+    pub clips: [[f32; 4]; Planes::MOST],
+    /// Of what is drawn.
+    pub cuts: [[f32; 4]; Planes::MOST],
+    /// Opacity, and whether edges are drawn.
+    pub cut_looks: [[f32; 4]; Planes::MOST],
 }
 
 /// The number of samples of an image: `Counter` in `shaders/shared/output.wgsl`.
@@ -85,7 +95,12 @@ impl Frame {
             cell_edge: 1.0 / (1u32 << depth.max(1)) as f32,
             split_axis: split.map_or(3, |split| split.axis as u32),
             split_position: split.map_or(0.0, |split| split.position),
-            _pad: [0.0; 3],
+            clip_count: rays.clips.count,
+            cut_count: rays.cuts.count,
+            _pad: 0.0,
+            clips: rays.clips.planes.map(|plane| plane.to_array()),
+            cuts: rays.cuts.planes.map(|plane| plane.to_array()),
+            cut_looks: rays.cut_looks.map(|[opacity, edges]| [opacity, edges, 0.0, 0.0]),
         }
     }
 }

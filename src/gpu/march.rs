@@ -96,7 +96,7 @@ impl<'a> Marched<'a> {
 
     fn variant(self, settings: &RenderSettings) -> Variant {
         let settings = &self.settings(settings);
-        let with_surfaces = !settings.surfaces().is_empty();
+        let with_surfaces = settings.with_surfaces();
         Variant {
             through: self.through(settings),
             mode: settings.mode,

@@ -17,6 +17,7 @@ embedded![
     "activity.wgsl",
     "boxes.wgsl",
     "intervals.wgsl",
+    "lines.wgsl",
     "march_exact.wgsl",
     "march_fixed.wgsl",
     "march_leaf.wgsl",

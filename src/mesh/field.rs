@@ -177,6 +177,14 @@ impl ScalarField {
         }
     }
 
+    /// The values at a tet's corners in data units; NaN where missing.
+    pub fn data_at_corners(&self, mesh: &TetMesh, tet: usize) -> [f64; 4] {
+        match self.association {
+            Association::Points => mesh.tets()[tet].map(|i| self.values[i as usize]),
+            Association::Cells => [self.values[tet]; 4],
+        }
+    }
+
     /// Whether a tet takes part in volume work: it has a volume and none of its values is missing.
     pub fn is_usable(&self, mesh: &TetMesh, tet: usize) -> bool {
         let missing = match self.association {
@@ -239,7 +247,7 @@ mod tests {
     fn two_tets(point_data: Vec<DataArray>, cell_data: Vec<DataArray>) -> TetMesh {
         let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::ONE * 2.0];
         let tets = vec![[0, 1, 2, 3], [1, 2, 3, 4]];
-        TetMesh::new(MeshParts { points, tets, point_data, cell_data, active_scalars: None }).expect("valid")
+        TetMesh::new(MeshParts { points, tets, point_data, cell_data, active_scalars: None, ..Default::default() }).expect("valid")
     }
 
     fn array(name: &str, components: usize, values: &[f64]) -> DataArray {

@@ -98,6 +98,7 @@ pub fn collect(mesh: &dyn LayeredMesh) -> Result<TetMesh, MeshError> {
         point_data: gather_all(mesh.point_arrays(), &|array, layer| mesh.point_values(array, layer)),
         cell_data: gather_all(mesh.cell_arrays(), &|array, layer| mesh.cell_values(array, layer)),
         active_scalars: mesh.active_scalars().map(str::to_owned),
+        ..MeshParts::default()
     })
 }
 
@@ -195,7 +196,8 @@ mod tests {
         let array = |name: &str, components, values| DataArray { name: name.into(), components, values };
         let point_data = vec![array("v", 2, Values::F64((0..2 * count).map(|i| i as f64).collect()))];
         let cell_data = vec![array("c", 1, Values::F32((0..tets.len()).map(|i| i as f32).collect()))];
-        let mesh = TetMesh::new(MeshParts { points, tets, point_data, cell_data, active_scalars: Some("c".into()) }).expect("valid");
+        let mesh = TetMesh::new(MeshParts { points, tets, point_data, cell_data, active_scalars: Some("c".into()), ..Default::default() })
+            .expect("valid");
         assert_eq!(mesh.layer_count(), 2);
         let again = collect(&mesh).expect("valid");
         assert_eq!((again.points(), again.tets(), again.center()), (mesh.points(), mesh.tets(), mesh.center()));

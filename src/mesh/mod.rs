@@ -1,11 +1,14 @@
-//! The tet mesh: validated points, tets and arrays; the scalar field picked from them; neighbours and the boundary surface.
+//! The tet mesh: validated points, tets and arrays; the scalar field picked from them; neighbours, the boundary surface, and the
+//! tet at a point.
 
 pub mod adjacency;
 pub mod boundary;
 mod compact;
 mod field;
+mod file_cells;
 pub mod generate;
 mod layered;
+mod locator;
 mod pick;
 mod structured;
 mod tet_mesh;
@@ -13,6 +16,8 @@ mod tet_mesh;
 pub use boundary::BoundarySurface;
 pub use compact::CompactMesh;
 pub use field::{Association, Component, FieldError, FieldSelection, NotAComponent, ScalarField};
+pub use file_cells::{CellShape, FileCells};
 pub use layered::{ArrayLayout, LayeredMesh, Precision, collect};
+pub use locator::{Locator, Place};
 pub use structured::{StructuredBlock, split_into_tets};
 pub use tet_mesh::{DataArray, MeshError, MeshParts, TetMesh, Values};

@@ -1,6 +1,6 @@
 //! Curvilinear grids as tets: blocks of points in rows, columns and layers whose cells are hexahedra, five tets each.
 
-use super::{DataArray, MeshError, MeshParts, Values};
+use super::{CellShape, DataArray, FileCells, MeshError, MeshParts, Values};
 use crate::geometry;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -89,35 +89,36 @@ pub fn split_into_tets(
         let end = first + block.points();
         for (tet, cell) in block.tets(&points[first..end], first as u32) {
             tets.push(tet);
-            if !cell_data.is_empty() {
-                cells.push(first_cell + cell as usize);
-            }
+            cells.push((first_cell + cell as usize) as u32);
         }
         (first, first_cell) = (end, first_cell + block.cells().iter().product::<usize>());
     }
     let cell_data = cell_data.into_iter().map(|array| gathered(array, &cells)).collect();
-    Ok(without_unused(MeshParts { points, tets, point_data, cell_data, active_scalars }))
+    let shape = CellShape::Hexahedron;
+    let is_whole = tets.len() == shape.tets() * first_cell;
+    let file_cells = FileCells { shape, numbers: if is_whole { vec![] } else { cells } };
+    Ok(without_unused(MeshParts { points, tets, point_data, cell_data, active_scalars, file_cells }))
 }
 
 /// The same mesh without points that no tet uses.
 fn without_unused(mut parts: MeshParts) -> MeshParts {
     let mut place = vec![u32::MAX; parts.points.len()];
     parts.tets.iter().flatten().for_each(|&i| place[i as usize] = 0);
-    let used: Vec<usize> = (0..place.len()).filter(|&i| place[i] == 0).collect();
+    let used: Vec<u32> = (0..place.len() as u32).filter(|&i| place[i as usize] == 0).collect();
     if used.len() == place.len() {
         return parts;
     }
-    used.iter().enumerate().for_each(|(new, &old)| place[old] = new as u32);
+    used.iter().enumerate().for_each(|(new, &old)| place[old as usize] = new as u32);
     parts.tets.par_iter_mut().for_each(|tet| *tet = tet.map(|i| place[i as usize]));
-    parts.points = used.iter().map(|&i| parts.points[i]).collect();
+    parts.points = used.iter().map(|&i| parts.points[i as usize]).collect();
     parts.point_data = parts.point_data.into_iter().map(|array| gathered(array, &used)).collect();
     parts
 }
 
 /// The tuples of an array at these places.
-fn gathered(array: DataArray, places: &[usize]) -> DataArray {
-    fn take<T: Copy>(values: &[T], components: usize, places: &[usize]) -> Vec<T> {
-        places.iter().flat_map(|&i| &values[i * components..][..components]).copied().collect()
+fn gathered(array: DataArray, places: &[u32]) -> DataArray {
+    fn take<T: Copy>(values: &[T], components: usize, places: &[u32]) -> Vec<T> {
+        places.iter().flat_map(|&i| &values[i as usize * components..][..components]).copied().collect()
     }
     let values = match &array.values {
         Values::F32(values) => Values::F32(take(values, array.components, places)),
@@ -207,10 +208,11 @@ mod tests {
         assert_eq!(parts.point_data[0].values.get(0), 1.0, "values go with their points");
         assert!(parts.points.iter().enumerate().all(|(i, p)| p.x + 4.0 * (p.y + 3.0 * p.z) == parts.point_data[0].values.get(i)));
         assert_eq!((parts.cell_data[0].tuples(), parts.cell_data[0].values.get(1)), (55, 3.0), "and with their cells");
+        assert_eq!([0, 4, 5, 54].map(|tet| parts.file_cells.number(tet)), [1, 1, 2, 11], "the first was left out");
         block.blanked_cells = vec![true; 12];
         block.blanked_cells[7] = false;
         let one = split(block, |p| p);
-        assert_eq!((one.tets.len(), one.points.len()), (5, 8));
+        assert_eq!((one.tets.len(), one.points.len(), one.file_cells.number(3)), (5, 8, 7));
     }
 
     #[test]
@@ -220,5 +222,6 @@ mod tests {
         let parts = split_into_tets(&blocks, points, vec![], vec![], None).expect("few points");
         assert_eq!((parts.points.len(), parts.tets.len()), (20, 15), "a sheet has no cells, its points are not used");
         assert!((volume(&parts) - 3.0).abs() < 1e-12);
+        assert!(parts.file_cells.numbers.is_empty() && parts.file_cells.number(14) == 2, "numbers that follow each other are not kept");
     }
 }

@@ -1,5 +1,6 @@
 //! [`TetMesh`] and its validation.
 
+use super::FileCells;
 use crate::geometry::{self, Aabb, Placed};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -67,6 +68,8 @@ pub struct MeshParts {
     pub cell_data: Vec<DataArray>,
     /// The array that the file marks as its scalars, if any.
     pub active_scalars: Option<String>,
+    /// Which cell of the file each tet is of.
+    pub file_cells: FileCells,
 }
 
 /// Why parts do not make a mesh.
@@ -133,12 +136,13 @@ pub struct TetMesh {
     point_data: Vec<DataArray>,
     cell_data: Vec<DataArray>,
     active_scalars: Option<String>,
+    file_cells: FileCells,
 }
 
 impl TetMesh {
     /// Validates parts: checks indices, coordinates and array lengths, reorients inverted tets, marks those without volume.
     pub fn new(parts: MeshParts) -> Result<Self, MeshError> {
-        let MeshParts { mut points, mut tets, point_data, cell_data, active_scalars } = parts;
+        let MeshParts { mut points, mut tets, point_data, cell_data, active_scalars, file_cells } = parts;
         let limit = u32::MAX as usize - 1;
         for (what, count) in [("points", points.len()), ("tets", tets.len())] {
             if count > limit {
@@ -165,6 +169,10 @@ impl TetMesh {
                     return Err(MeshError::ArrayLength { name, found, tuples, components, of });
                 }
             }
+        }
+        if !file_cells.numbers.is_empty() && file_cells.numbers.len() != tets.len() {
+            let (found, tuples) = (file_cells.numbers.len(), tets.len());
+            return Err(MeshError::ArrayLength { name: "file cells".into(), found, tuples, components: 1, of: "tets" });
         }
         let world = Aabb::of_points(points.iter().copied());
         let center = world.center();
@@ -195,6 +203,7 @@ impl TetMesh {
             point_data,
             cell_data,
             active_scalars,
+            file_cells,
         })
     }
 
@@ -265,11 +274,20 @@ impl TetMesh {
         self.active_scalars.as_deref()
     }
 
+    /// Which cell of the file each tet is of.
+    pub fn file_cells(&self) -> &FileCells {
+        &self.file_cells
+    }
+
     /// Bytes that the mesh takes in memory, arrays included.
     pub fn bytes(&self) -> usize {
         let arrays = self.point_data.iter().chain(&self.cell_data);
         let array_bytes: usize = arrays.map(|a| a.values.len() * if matches!(a.values, Values::F32(_)) { 4 } else { 8 }).sum();
-        size_of_val(&self.points[..]) + size_of_val(&self.tets[..]) + self.zero_volume.len() + array_bytes
+        size_of_val(&self.points[..])
+            + size_of_val(&self.tets[..])
+            + self.zero_volume.len()
+            + size_of_val(&self.file_cells.numbers[..])
+            + array_bytes
     }
 }
 

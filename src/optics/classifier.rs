@@ -73,6 +73,7 @@ impl Classifier {
     /// transfer function must be valid ([`TransferFunction::validate`]).
     pub fn new(tf: &TransferFunction, value_range: [f64; 2], bounds_diagonal: f64) -> Self {
         let integral_range = tf.range.unwrap_or_else(|| Mode::integral_range(value_range, bounds_diagonal));
+        let tf = &*tf.in_data(value_range);
         let unit = tf.unit_distance_world(bounds_diagonal);
         let unit = if unit > 0.0 { unit } else { 1.0 };
         let from_opacity = |opacity: f64| match tf.opacity_model {
@@ -117,8 +118,9 @@ impl Classifier {
         if mode != Mode::Integral {
             return of_values;
         }
-        let over_its_range = TransferFunction { range: None, ..tf.clone() };
-        Classifier { knots: Classifier::new(&over_its_range, [0.0, 1.0], bounds_diagonal).knots, ..of_values }
+        let range = of_values.integral_range;
+        let over_its_range = TransferFunction { range: Some(range), ..tf.clone() };
+        Classifier { knots: Classifier::new(&over_its_range, range, bounds_diagonal).knots, ..of_values }
     }
 
     /// Smallest and largest value of the array, which 0 and 1 stand for, in data units.

@@ -92,7 +92,7 @@ mod tests {
             opacity: vec![[0.0, 0.0], [0.4, 0.1], [0.5, 0.8], [1.0, 0.2]],
             opacity_model,
             unit_distance: Some(0.1),
-            range: None,
+            ..TransferFunction::standard()
         };
         Classifier::new(&tf, [0.0, 1.0], 1.0).table(1.0)
     }

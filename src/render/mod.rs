@@ -395,6 +395,7 @@ impl Scene {
     }
 
     fn frame(&self, view: &View) -> RayFrame {
-        view.camera.frame(self.center, view.settings.width, view.settings.height)
+        let frame = view.camera.frame(self.center, view.settings.width, view.settings.height);
+        frame.with_planes(&view.settings.planes, self.center)
     }
 }

@@ -89,8 +89,8 @@ mod tests {
     use crate::mesh::Component;
     use crate::octree::Preset;
     use crate::view::{
-        Camera, Intervals, Isosurface, Isosurfaces, LightSource, Mode, Output, Phong, Projection, RenderSettings, RendererKind, Shading,
-        Skip, Steps, TransferFunction,
+        Camera, Intervals, Isosurface, Isosurfaces, LightSource, Mode, Output, Phong, Plane, PlaneUse, Planes, Projection, RenderSettings,
+        RendererKind, Shading, Skip, Steps, TransferFunction,
     };
     use glam::DVec3;
 
@@ -117,6 +117,11 @@ mod tests {
                 isosurfaces: Isosurfaces::new(&[
                     Isosurface::at(0.1),
                     Isosurface { value: -1.5, color: Some([0.1, 0.2, 0.3]), opacity: 0.7 },
+                ])
+                .expect("valid"),
+                planes: Planes::new(&[
+                    Plane { point: DVec3::ONE, normal: DVec3::new(0.1, -2.0, 0.0), used: PlaneUse::Clip },
+                    Plane { point: DVec3::X, normal: DVec3::Z, used: PlaneUse::Cut { opacity: 0.7, edges: true } },
                 ])
                 .expect("valid"),
                 shading: Shading {

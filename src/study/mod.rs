@@ -1,10 +1,13 @@
-//! What runs the rest many times and reports: the error of an octree, builds and frames measured, thresholds tuned.
+//! What runs the rest many times and reports: the error of an octree, builds and frames measured, thresholds tuned, values
+//! counted; values at places.
 
 mod builds;
 mod chart;
 mod error;
 mod frames;
 mod grid_error;
+mod histogram;
+pub mod probe;
 mod skipping;
 pub mod tune;
 
@@ -12,4 +15,5 @@ pub use builds::{Build, BuildError, PaperTable, thresholds_for};
 pub use chart::{Chart, ChartError};
 pub use error::{ErrorFigures, ErrorSampling, FieldError};
 pub use frames::{Frames, median, orbit_frames};
+pub use histogram::{Bins, Histogram};
 pub use skipping::{PaperSkipping, SkipFigures, compare_skipping, fixed_step};

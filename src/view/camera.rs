@@ -1,5 +1,6 @@
 //! Cameras and the rays through pixel centres.
 
+use super::Planes;
 use crate::geometry::Aabb;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -117,9 +118,16 @@ pub struct RayFrame {
     pub width: u32,
     /// Image height in pixels.
     pub height: u32,
+    /// What clips the rays, and what is drawn where it cuts the data; relative to the mesh's centre.
+    pub planes: Planes,
 }
 
 impl RayFrame {
+    /// The same rays with these planes, given in the world, in which the mesh's centre lies at `center`.
+    pub fn with_planes(self, planes: &Planes, center: DVec3) -> RayFrame {
+        RayFrame { planes: planes.translated(-center), ..self }
+    }
+
     /// Rows `first..first + count` of the image as an image of their own. Rows beyond the image are those of a higher one.
     pub fn rows(&self, first: u32, count: u32) -> RayFrame {
         let height = f64::from(self.height);
@@ -182,11 +190,11 @@ impl Camera {
             Projection::Perspective { fov_y_degrees } => {
                 let t = (fov_y_degrees.to_radians() / 2.0).tan();
                 let (right, up) = (right * (t * aspect), up * t);
-                RayFrame { eye, forward, right, up, right_origin: zero, up_origin: zero, width, height }
+                RayFrame { eye, forward, right, up, right_origin: zero, up_origin: zero, width, height, planes: Planes::NONE }
             }
             Projection::Parallel { view_height } => {
                 let (right_origin, up_origin) = (right * (view_height / 2.0 * aspect), up * (view_height / 2.0));
-                RayFrame { eye, forward, right: zero, up: zero, right_origin, up_origin, width, height }
+                RayFrame { eye, forward, right: zero, up: zero, right_origin, up_origin, width, height, planes: Planes::NONE }
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The rays of an image in the units of a cube: what the marchers on the CPU and the GPU start from.
 
-use super::RayFrame;
-use glam::{DVec3, Vec3};
+use super::{PlaneUse, Planes, RayFrame};
+use glam::{DVec3, Vec3, Vec4};
 
 /// A [`RayFrame`] in the units of a cube, which is [0, 1)^3, in f32: `origin + x right_origin + y up_origin`, direction
 /// `forward + x right + y up`.
@@ -27,6 +27,33 @@ pub struct CubeRays {
     pub eye_distance: f32,
     /// Image width and height in pixels.
     pub size: [u32; 2],
+    /// Only where `n x >= d` for each of these is drawn: n of length 1, d.
+    pub clips: CubePlanes,
+    /// Planes that are drawn, and of each its opacity and whether edges are drawn on it (1 or 0).
+    pub cuts: CubePlanes,
+    /// See `cuts`.
+    pub cut_looks: [[f32; 2]; Planes::MOST],
+}
+
+/// Some planes in the units of a cube: n of length 1 and d of `n x = d`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CubePlanes {
+    /// The first `count` are used.
+    pub planes: [Vec4; Planes::MOST],
+    /// How many there are.
+    pub count: u32,
+}
+
+impl CubePlanes {
+    /// Those that are used.
+    pub fn used(&self) -> &[Vec4] {
+        &self.planes[..self.count as usize]
+    }
+
+    fn push(&mut self, plane: Vec4) {
+        self.planes[self.count as usize] = plane;
+        self.count += 1;
+    }
 }
 
 /// One ray in the units of a cube.
@@ -61,7 +88,22 @@ impl CubeRays {
     pub fn new(frame: &RayFrame, cube_min: DVec3, cube_edge: f64) -> Self {
         let eye = (frame.eye - cube_min) / cube_edge;
         let eye_distance = (DVec3::splat(0.5) - eye).dot(frame.forward).max(0.0);
+        let (mut clips, mut cuts, mut cut_looks) = (CubePlanes::default(), CubePlanes::default(), [[0.0; 2]; Planes::MOST]);
+        for plane in frame.planes.iter() {
+            let normal = plane.normal.normalize();
+            let in_cube = normal.as_vec3().extend(normal.dot((plane.point - cube_min) / cube_edge) as f32);
+            match plane.used {
+                PlaneUse::Clip => clips.push(in_cube),
+                PlaneUse::Cut { opacity, edges } => {
+                    cut_looks[cuts.count as usize] = [opacity, if edges { 1.0 } else { 0.0 }];
+                    cuts.push(in_cube);
+                }
+            }
+        }
         CubeRays {
+            clips,
+            cuts,
+            cut_looks,
             origin: (eye + frame.forward * eye_distance).as_vec3(),
             right_origin: (frame.right_origin / cube_edge + frame.right * eye_distance).as_vec3(),
             up_origin: (frame.up_origin / cube_edge + frame.up * eye_distance).as_vec3(),

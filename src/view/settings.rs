@@ -1,6 +1,6 @@
 //! Everything of a view that is neither camera nor transfer function.
 
-use super::{Camera, Intervals, Isosurfaces, Mode, Output, Shading, Skip, TransferFunction};
+use super::{Camera, Intervals, Isosurfaces, Mode, Output, Planes, Shading, Skip, TransferFunction};
 use serde::{Deserialize, Serialize};
 
 /// Which data a picture is made from.
@@ -45,6 +45,9 @@ pub struct RenderSettings {
     pub output: Output,
     /// Surfaces of equal value, drawn with [`Mode::Composite`] and [`Mode::Iso`].
     pub isosurfaces: Isosurfaces,
+    /// What clips the picture, and what is drawn where it cuts the data; world coordinates. Drawn planes are in [`Mode::Composite`] and
+    /// [`Mode::Iso`] only.
+    pub planes: Planes,
     /// What is shaded.
     pub shading: Shading,
     /// Where octree samples lie.
@@ -124,16 +127,22 @@ impl RenderSettings {
         if self.mode.is_number() { Isosurfaces::NONE } else { self.isosurfaces }
     }
 
+    /// Whether surfaces are drawn: isosurfaces or planes.
+    pub fn with_surfaces(&self) -> bool {
+        !self.mode.is_number() && (!self.isosurfaces.is_empty() || self.planes.are_drawn())
+    }
+
     /// Whether the volume is shaded: where it is drawn.
     pub fn is_volume_shaded(&self) -> bool {
         self.shading.volume && self.mode == Mode::Composite
     }
 
     /// The same for an octree with or without samples at its leaves' corners: without them an isosurface lies between leaves, none of
-    /// which it would make active.
+    /// which it would make active; and planes are drawn also where nothing is.
     pub fn for_octree(&self, is_continuous: bool) -> RenderSettings {
         let jumps = !is_continuous && !self.surfaces().is_empty();
-        RenderSettings { skip: if jumps { Skip::None } else { self.skip }, ..*self }
+        let cuts = self.with_surfaces() && self.planes.are_drawn();
+        RenderSettings { skip: if jumps || cuts { Skip::None } else { self.skip }, ..*self }
     }
 
     /// Whether a GPU samples voxels: they are asked for, or blocks of them are, and steps are of one length.
@@ -161,6 +170,7 @@ impl RenderSettings {
             mode: Mode::default(),
             output: Output::default(),
             isosurfaces: Isosurfaces::NONE,
+            planes: Planes::NONE,
             shading: Shading::default(),
             steps: Steps::default(),
             step_world: None,

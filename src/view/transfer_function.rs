@@ -1,5 +1,6 @@
 //! Transfer functions: piecewise linear colour and opacity over the normalised scalar (`conventions.md`).
 
+use super::{ColorMap, Scale};
 use serde::{Deserialize, Serialize};
 
 /// How opacity becomes extinction (maths 1).
@@ -30,6 +31,28 @@ pub struct TransferFunction {
     /// `[lo, hi]` in data units that x = 0 and x = 1 stand for; `None`: the array's own range.
     #[serde(default)]
     pub range: Option<[f64; 2]>,
+    /// How x follows the value over the range.
+    #[serde(default, skip_serializing_if = "is_linear")]
+    pub scale: Scale,
+    /// So many discrete colours, at least 1, in place of continuous ones; opacity stays as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steps: Option<u32>,
+    /// Colour of values below the range; `None`: the range's colours go on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub below: Option<[f64; 3]>,
+    /// Colour of values above the range.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub above: Option<[f64; 3]>,
+    /// Colour of missing values on surfaces; in a volume they are transparent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nan: Option<[f64; 3]>,
+}
+
+/// Most discrete colours that make sense.
+const MOST_STEPS: u32 = 1024;
+
+fn is_linear(scale: &Scale) -> bool {
+    *scale == Scale::Linear
 }
 
 /// Why a transfer function cannot be used.
@@ -54,6 +77,38 @@ pub enum TransferFunctionError {
     /// range must ascend.
     #[error("range is [{}, {}], expected two finite numbers with the first below the second, or null", .0[0], .0[1])]
     Range([f64; 2]),
+    /// A logarithm of what has none.
+    #[error("scale \"log\" needs a range above 0, and that of the {of} is {} to {}; name another range, or take \"symlog\"", .range[0], .range[1])]
+    Log {
+        /// "transfer function" or "data".
+        of: &'static str,
+        /// It.
+        range: [f64; 2],
+    },
+    /// The symlog threshold must be positive.
+    #[error("the threshold of scale \"symlog\" is {0}, expected a finite number above 0")]
+    Threshold(f64),
+    /// On other scales than the linear one knots lie in the range.
+    #[error("{what} knot {index} lies at {x}; on a scale that is not linear x must be in [0, 1]")]
+    KnotBeyond {
+        /// "color" or "opacity".
+        what: &'static str,
+        /// From 0.
+        index: usize,
+        /// Its place.
+        x: f64,
+    },
+    /// A number of discrete colours that is none.
+    #[error("steps is {0}, expected 1 to {MOST_STEPS}, or null")]
+    Steps(u32),
+    /// A colour that is none.
+    #[error("{what} is {color:?}, expected three numbers in [0, 1], or null")]
+    Color {
+        /// "below", "above" or "nan".
+        what: &'static str,
+        /// It.
+        color: [f64; 3],
+    },
     /// No preset of that name.
     #[error("there is no transfer function \"{name}\"; presets are {}", TransferFunction::PRESETS.join(", "))]
     UnknownPreset {
@@ -69,8 +124,9 @@ impl Default for TransferFunction {
 }
 
 impl TransferFunction {
-    /// Names that [`TransferFunction::preset`] knows. All but `standard` are colour maps over a linear ramp of opacity.
-    pub const PRESETS: [&'static str; 7] = ["standard", "viridis", "inferno", "turbo", "coolwarm", "rainbow", "grey"];
+    /// Names that [`TransferFunction::preset`] knows. All but `standard` are [`ColorMap::PRESETS`] over a linear ramp of opacity.
+    pub const PRESETS: [&'static str; 10] =
+        ["standard", "fast", "coolwarm", "viridis", "inferno", "turbo", "grey", "xray", "blackbody", "rainbow"];
 
     /// The standard transfer function, the one of the reference images.
     pub fn standard() -> Self {
@@ -86,82 +142,65 @@ impl TransferFunction {
             opacity_model: OpacityModel::Linear,
             unit_distance: None,
             range: None,
+            scale: Scale::Linear,
+            steps: None,
+            below: None,
+            above: None,
+            nan: None,
         }
     }
 
-    /// A preset by name; a colour map's opacity rises linearly from 0 to 0.5.
+    /// A preset by its name, or by ParaView's ("Cool to Warm"); a colour map's opacity rises linearly from 0 to 0.5.
     pub fn preset(name: &str) -> Result<Self, TransferFunctionError> {
-        // Samples at equal distances of the maps as their authors publish them (matplotlib's tables, Moreland's cool to warm).
-        let rgb: &[[u8; 3]] = match name {
-            "standard" => return Ok(Self::standard()),
-            "viridis" => &[
-                [68, 1, 84],
-                [71, 44, 122],
-                [59, 81, 139],
-                [44, 113, 142],
-                [33, 144, 141],
-                [39, 173, 129],
-                [92, 200, 99],
-                [170, 220, 50],
-                [253, 231, 37],
-            ],
-            "inferno" => &[
-                [0, 0, 4],
-                [31, 12, 72],
-                [85, 15, 109],
-                [136, 34, 106],
-                [186, 54, 85],
-                [227, 89, 51],
-                [249, 140, 10],
-                [249, 201, 50],
-                [252, 255, 164],
-            ],
-            "turbo" => &[
-                [48, 18, 59],
-                [70, 107, 227],
-                [40, 187, 236],
-                [49, 242, 153],
-                [162, 252, 60],
-                [237, 208, 58],
-                [251, 128, 34],
-                [210, 49, 5],
-                [122, 4, 3],
-            ],
-            "coolwarm" => &[
-                [59, 76, 192],
-                [98, 130, 234],
-                [141, 176, 254],
-                [184, 208, 249],
-                [221, 221, 221],
-                [245, 196, 173],
-                [244, 154, 123],
-                [222, 96, 77],
-                [180, 4, 38],
-            ],
-            "rainbow" => &[[0, 0, 255], [0, 255, 255], [0, 255, 0], [255, 255, 0], [255, 0, 0]],
-            "grey" => &[[0, 0, 0], [255, 255, 255]],
-            other => return Err(TransferFunctionError::UnknownPreset { name: other.to_owned() }),
-        };
-        let last = (rgb.len() - 1) as f64;
-        let color = rgb.iter().enumerate().map(|(i, c)| {
-            let [r, g, b] = c.map(|v| f64::from(v) / 255.0);
-            [i as f64 / last, r, g, b]
-        });
-        Ok(TransferFunction { color: color.collect(), opacity: vec![[0.0, 0.0], [1.0, 0.5]], ..Self::standard() })
+        if name == "standard" {
+            return Ok(Self::standard());
+        }
+        let map = ColorMap::preset(name).ok_or_else(|| TransferFunctionError::UnknownPreset { name: name.to_owned() })?;
+        Ok(Self::of_color(map.bake()))
     }
 
-    /// Checks knots, unit distance and range.
+    /// Colours over the usual ramp of opacity, from 0 to 0.5.
+    pub fn of_color(color: Vec<[f64; 4]>) -> Self {
+        TransferFunction { color, opacity: vec![[0.0, 0.0], [1.0, 0.5]], ..Self::standard() }
+    }
+
+    /// Checks everything but what depends on the data ([`TransferFunction::check_range`]).
     pub fn validate(&self) -> Result<(), TransferFunctionError> {
-        check_knots("color", &self.color)?;
-        check_knots("opacity", &self.opacity)?;
+        check_knots("color", &self.color, self.scale)?;
+        check_knots("opacity", &self.opacity, self.scale)?;
         match self.unit_distance {
             Some(u) if !(u.is_finite() && u > 0.0) => return Err(TransferFunctionError::UnitDistance(u)),
             _ => {}
         }
-        match self.range {
-            Some(r) if !(r[0].is_finite() && r[1].is_finite() && r[0] < r[1]) => Err(TransferFunctionError::Range(r)),
-            _ => Ok(()),
+        if let Some(range) = self.range {
+            if !(range[0].is_finite() && range[1].is_finite() && range[0] < range[1]) {
+                return Err(TransferFunctionError::Range(range));
+            }
+            if !self.scale.fits(range) && self.scale == Scale::Log {
+                return Err(TransferFunctionError::Log { of: "transfer function", range });
+            }
         }
+        match self.scale {
+            Scale::Symlog(Some(t)) if !(t.is_finite() && t > 0.0) => return Err(TransferFunctionError::Threshold(t)),
+            _ => {}
+        }
+        if let Some(steps) = self.steps.filter(|steps| !(1..=MOST_STEPS).contains(steps)) {
+            return Err(TransferFunctionError::Steps(steps));
+        }
+        for (what, color) in [("below", self.below), ("above", self.above), ("nan", self.nan)] {
+            if let Some(color) = color.filter(|color| !color.iter().all(|v| (0.0..=1.0).contains(v))) {
+                return Err(TransferFunctionError::Color { what, color });
+            }
+        }
+        Ok(())
+    }
+
+    /// `Err` if the scale does not fit a field with these smallest and largest values, data units. Such a function would be drawn as a
+    /// linear one.
+    pub fn check_range(&self, data_range: [f64; 2]) -> Result<(), TransferFunctionError> {
+        let [lo, hi] = data_range;
+        let taken = self.range.is_none() && self.scale == Scale::Log && !(lo > 0.0 && (hi / lo).is_finite());
+        if taken { Err(TransferFunctionError::Log { of: "data", range: data_range }) } else { Ok(()) }
     }
 
     /// The unit distance in world units, given the length of the mesh bounds' diagonal.
@@ -170,7 +209,7 @@ impl TransferFunction {
     }
 }
 
-fn check_knots<const N: usize>(what: &'static str, knots: &[[f64; N]]) -> Result<(), TransferFunctionError> {
+fn check_knots<const N: usize>(what: &'static str, knots: &[[f64; N]], scale: Scale) -> Result<(), TransferFunctionError> {
     if knots.is_empty() {
         return Err(TransferFunctionError::Empty(what));
     }
@@ -178,6 +217,9 @@ fn check_knots<const N: usize>(what: &'static str, knots: &[[f64; N]]) -> Result
         let ascends = index == 0 || knots[index - 1][0] <= knot[0];
         if !(ascends && knot[0].is_finite() && knot[1..].iter().all(|v| (0.0..=1.0).contains(v))) {
             return Err(TransferFunctionError::Knot { what, index, values: knot.to_vec() });
+        }
+        if scale != Scale::Linear && !(0.0..=1.0).contains(&knot[0]) {
+            return Err(TransferFunctionError::KnotBeyond { what, index, x: knot[0] });
         }
     }
     Ok(())
@@ -201,8 +243,31 @@ mod tests {
     fn a_file_may_leave_out_what_has_a_default() {
         let tf: TransferFunction = serde_json::from_str(r#"{"color": [[0,1,1,1]], "opacity": [[0,0],[1,1]]}"#).expect("minimal");
         assert_eq!((tf.opacity_model, tf.unit_distance, tf.range), (OpacityModel::Linear, None, None));
-        let back: TransferFunction = serde_json::from_str(&serde_json::to_string(&tf).expect("writes")).expect("reads");
-        assert_eq!(back, tf);
+        let written = serde_json::to_string(&tf).expect("writes");
+        assert!(!["scale", "steps", "below", "above", "nan"].iter().any(|key| written.contains(key)), "{written}");
+        assert_eq!(serde_json::from_str::<TransferFunction>(&written).expect("reads"), tf);
+        let full = TransferFunction {
+            scale: Scale::Symlog(Some(0.25)),
+            steps: Some(7),
+            below: Some([0.0, 0.5, 1.0]),
+            above: Some([1.0; 3]),
+            nan: Some([1.0, 1.0, 0.0]),
+            ..tf
+        };
+        let written = serde_json::to_string(&full).expect("writes");
+        assert_eq!(serde_json::from_str::<TransferFunction>(&written).expect("reads"), full);
+    }
+
+    #[test]
+    fn a_logarithm_asks_for_a_range_above_zero() {
+        let log = TransferFunction { scale: Scale::Log, ..TransferFunction::standard() };
+        log.validate().expect("the data may be above 0");
+        log.check_range([0.5, 2.0]).expect("they are");
+        let error = log.check_range([-0.5, 2.0]).expect_err("they are not").to_string();
+        assert!(error.contains("-0.5 to 2") && error.contains("data") && error.contains("symlog"), "{error}");
+        let ranged = TransferFunction { range: Some([0.1, 2.0]), ..log.clone() };
+        ranged.check_range([-0.5, 2.0]).expect("its own range counts");
+        assert!(matches!(TransferFunction { range: Some([0.0, 2.0]), ..log }.validate(), Err(TransferFunctionError::Log { .. })));
     }
 
     #[test]
@@ -215,5 +280,15 @@ mod tests {
         assert!(matches!(tf.validate(), Err(TransferFunctionError::Knot { what: "color", index: 2, .. })));
         let tf = TransferFunction { range: Some([2.0, 1.0]), ..TransferFunction::standard() };
         assert_eq!(tf.validate(), Err(TransferFunctionError::Range([2.0, 1.0])));
+        let of = |change: fn(&mut TransferFunction)| {
+            let mut tf = TransferFunction::standard();
+            change(&mut tf);
+            tf.validate().expect_err("wrong").to_string()
+        };
+        assert!(of(|tf| tf.steps = Some(0)).contains("steps is 0"));
+        assert!(of(|tf| tf.above = Some([0.0, 2.0, 0.0])).contains("above is [0.0, 2.0, 0.0]"));
+        assert!(of(|tf| tf.scale = Scale::Symlog(Some(0.0))).contains("threshold"));
+        let beyond = of(|tf| (tf.scale, tf.opacity[5][0]) = (Scale::Symlog(None), 1.5));
+        assert!(beyond.contains("opacity knot 5 lies at 1.5"), "{beyond}");
     }
 }

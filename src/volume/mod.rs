@@ -2,6 +2,7 @@
 
 pub mod generate;
 mod grid;
+mod interpolate;
 mod numbers;
 mod samples;
 

@@ -76,6 +76,12 @@ impl Samples {
         with_voxels!(self, voxels => voxels[i].to_f64())
     }
 
+    /// Visits every `step`-th number of a range, from its first on.
+    #[inline]
+    pub fn each(&self, range: std::ops::Range<usize>, step: usize, mut visit: impl FnMut(f64)) {
+        with_voxels!(self, voxels => voxels[range].iter().step_by(step).for_each(|voxel| visit(voxel.to_f64())));
+    }
+
     /// Bytes that the numbers take, in memory or in a mapped file.
     pub fn bytes(&self) -> usize {
         with_voxels!(self, voxels => size_of_val(&voxels[..]))

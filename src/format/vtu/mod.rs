@@ -195,8 +195,18 @@ impl Reader<'_> {
     fn assemble(&self) -> Result<MeshParts, VtuError> {
         let mut parts =
             MeshParts { point_data: self.common_arrays(Of::Points)?, cell_data: self.common_arrays(Of::Cells)?, ..MeshParts::default() };
+        let (mut first_cell, mut is_numbered) = (0, false);
         for (index, piece) in self.head.pieces.iter().enumerate() {
             let kept = self.kept(index, Of::Cells, DROPPED_GHOSTS)?;
+            let cells = first_cell..first_cell + piece.cells as u32; // all cells were counted
+            if kept.is_some() && !is_numbered {
+                (is_numbered, parts.file_cells.numbers) = (true, (0..first_cell).collect());
+            }
+            if is_numbered {
+                let is_kept = |cell: &u32| kept.as_ref().is_none_or(|kept| kept[(cell - first_cell) as usize]);
+                parts.file_cells.numbers.extend(cells.clone().filter(is_kept));
+            }
+            first_cell = cells.end;
             self.append_tets(index, &mut parts, kept.as_deref())?;
             self.append_points(index, &mut parts.points)?;
             for (of, arrays, kept) in [(Of::Points, &mut parts.point_data, None), (Of::Cells, &mut parts.cell_data, kept.as_deref())] {
@@ -205,6 +215,9 @@ impl Reader<'_> {
                     arrays.iter_mut().try_for_each(|array| self.append_data(index, of, by_name[array.name.as_str()], array, kept))?;
                 }
             }
+        }
+        if parts.tets.len() as u64 == u64::from(first_cell) {
+            parts.file_cells.numbers = vec![]; // cells and tets are numbered alike
         }
         parts.active_scalars = self.active_scalars(&parts);
         Ok(parts)

@@ -230,6 +230,9 @@ fn ghost_cells_are_dropped_with_their_data() {
         assert_eq!((parts.tets.len(), parts.cell_data.len()), (2 * kept.len(), 1));
         let first = if kept[0] == 7.0 { [5, 6, 7, 8] } else { [6, 7, 8, 9] };
         assert_eq!(parts.tets[kept.len()], first);
+        // The arrays' values tell the cells of both pieces by their number in the file.
+        let expected: Vec<usize> = kept.iter().map(|&c| c as usize - 7).chain(kept.iter().map(|&c| c as usize - 5)).collect();
+        assert_eq!((0..parts.tets.len()).map(|tet| parts.file_cells.number(tet)).collect::<Vec<_>>(), expected);
     }
 }
 

@@ -280,7 +280,8 @@ mod tests {
         let point_data = vec![array("a<b & \"c\"", 2, Values::F64((0..8).map(f64::from).collect()))];
         let cell_data = vec![array("c", 1, Values::F32(vec![7.5]))];
         let active_scalars = Some("c".into());
-        TetMesh::new(MeshParts { points, tets: vec![[0, 1, 2, 3]], point_data, cell_data, active_scalars }).expect("valid")
+        TetMesh::new(MeshParts { points, tets: vec![[0, 1, 2, 3]], point_data, cell_data, active_scalars, ..Default::default() })
+            .expect("valid")
     }
 
     fn written(mesh: &dyn LayeredMesh, compression: Compression) -> Vec<u8> {
