@@ -24,10 +24,10 @@
 //!
 //! Lowest first. A module imports lower layers and its own folder only; `tests/layers.rs` holds that.
 //!
-//! 1. [`geometry`], [`progress`]
+//! 1. [`geometry`], [`progress`], [`words`]
 //! 2. [`mesh`], [`volume`], [`view`], [`image`]
 //! 3. [`optics`], [`format`](mod@format), [`octree`], [`exact`], [`furniture`]
-//! 4. [`cpu`], [`gpu`], [`compare`]
+//! 4. [`cpu`], [`gpu`], [`compare`], [`session`]
 //! 5. [`render`]
 //! 6. [`study`]
 //! 7. [`app`]
@@ -80,9 +80,11 @@ pub mod octree;
 pub mod optics;
 pub mod progress;
 pub mod render;
+pub mod session;
 pub mod study;
 pub mod view;
 pub mod volume;
+pub mod words;
 
 pub use exact::ExactScene;
 pub use image::Image;

@@ -11,6 +11,7 @@ use octetra::furniture::Parts;
 use octetra::mesh::generate::{Shape, plan};
 use octetra::mesh::{Component, FieldSelection, ScalarField, TetMesh, collect};
 use octetra::octree::{Boundary, OctreeParams, Preset, Reconstruction, Subject};
+use octetra::session::Source;
 use octetra::study::{ErrorSampling, FieldError};
 use octetra::view::{Camera, RenderSettings, TransferFunction, View};
 use std::path::Path;
@@ -38,6 +39,9 @@ fn options(folder: &Path) -> Options {
     let transfer_function = TransferFunction::preset("viridis").expect("a preset");
     Options {
         name: "ball".into(),
+        source: Source::default(),
+        session: None,
+        recent: None,
         subject: Subject::Mesh(Arc::new(mesh), Arc::new(field)),
         component: Component::Magnitude,
         view: View { camera, transfer_function, settings: RenderSettings::new(64, 64) },

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 /// Modules, lowest layer first.
 const LAYERS: [&[&str]; 8] = [
-    &["geometry", "progress"],
+    &["geometry", "progress", "words"],
     &["mesh", "volume", "view", "image"],
     &["optics", "format", "octree", "exact", "furniture"],
-    &["cpu", "gpu", "compare"],
+    &["cpu", "gpu", "compare", "session"],
     &["render"],
     &["study"],
     &["app"],

@@ -88,6 +88,9 @@ impl Viewer {
         let extent = self.extent();
         match action {
             Action::Open => self.choose_file(ctx),
+            Action::Reload => self.reload(ctx),
+            Action::OpenSession => self.choose_session(ctx),
+            Action::SaveSession => self.ask_session_file(ctx),
             Action::Screenshot => self.save_picture(ctx),
             Action::Flip => self.draw_with(match self.settings.render.renderer {
                 RendererKind::Octree => RendererKind::Exact,

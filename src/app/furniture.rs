@@ -8,6 +8,7 @@ use super::widgets::{choice, rows};
 use crate::furniture::{Color, Drawing, Furniture, Part, Parts, Shape, title};
 use crate::geometry::Placed;
 use crate::mesh::TetMesh;
+use crate::view::Mode;
 use egui::{Color32, FontId, Painter, Pos2, Rect, Stroke, Ui, pos2, vec2};
 use glam::DVec2;
 
@@ -64,10 +65,10 @@ impl Viewer {
     /// The furniture of a picture of `size` points that shows these parts.
     pub(super) fn furniture(&self, size: egui::Vec2, parts: Parts) -> Drawing {
         // Until an octree is there, the range is not known.
-        let range = self.octree.model.as_ref().map(|model| model.value_range);
+        let (title, range) = self.values();
         let furniture = Furniture {
             parts: parts.with(Part::Bar, parts.has(Part::Bar) && range.is_some()),
-            title: self.values_title(),
+            title,
             value_range: range.unwrap_or([0.0, 1.0]),
             transfer_function: &self.settings.transfer.base,
             camera: &self.settings.camera,
@@ -76,6 +77,15 @@ impl Viewer {
             frame_time: Some(self.frame_label()),
         };
         furniture.drawing(DVec2::new(f64::from(size.x), f64::from(size.y)))
+    }
+
+    /// What the colours stand for: the name, and the range once it is known.
+    pub(super) fn values(&self) -> (String, Option<[f64; 2]>) {
+        let (title, range) = (self.values_title(), self.octree.model.as_ref().map(|model| model.value_range));
+        if self.settings.render.mode != Mode::Integral {
+            return (title, range);
+        }
+        (format!("integral of {title}"), range.map(|range| Mode::integral_range(range, self.document.data.bounds().diagonal())))
     }
 
     /// The array's name, with component and unit.

@@ -8,6 +8,12 @@ use egui::{Event, Key, Modifiers};
 pub enum Action {
     /// Asks for a file and opens it.
     Open,
+    /// Reads the open file again.
+    Reload,
+    /// Asks for a session and opens it.
+    OpenSession,
+    /// Asks for a file and writes the session.
+    SaveSession,
     /// Writes the picture.
     Screenshot,
     /// Octree or exact.
@@ -98,6 +104,9 @@ pub const GROUPS: [(&str, &[Binding]); 4] = [
         "Picture",
         &[
             bind(&[ctrl(Key::O)], Action::Open, "open a mesh or volume"),
+            bind(&[key(Key::F5)], Action::Reload, "read the file again"),
+            bind(&[ctrl(Key::S)], Action::SaveSession, "save the session"),
+            bind(&[Chord { key: Key::O, ctrl: true, shift: true }], Action::OpenSession, "open a session"),
             bind(&[key(Key::S)], Action::Screenshot, "write a screenshot"),
             bind(&[key(Key::E)], Action::Flip, "octree or exact"),
             bind(&[key(Key::P)], Action::Probe, "say what is under the pointer"),

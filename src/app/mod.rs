@@ -7,6 +7,10 @@
 //! planes           what clips, and what is drawn where it cuts
 //! transfer_editor  colours, opacity, range: the transfer function
 //! thresholds       those of the octree, and its numbers
+//! files            opening and reloading; sessions
+//! recent           the files that were open lately
+//! problem          why a file could not be opened
+//! pictures         screenshots and turntables
 //! camera_panel     the camera's buttons, clipboard and files
 //! furniture        what is around and behind the picture
 //! help             the sheet of keys
@@ -37,6 +41,7 @@ mod actions;
 mod camera_panel;
 mod color_choice;
 mod dock;
+mod files;
 mod furniture;
 mod help;
 mod history;
@@ -50,10 +55,13 @@ mod navigate;
 mod octree_stage;
 mod pace;
 mod panel;
+mod pictures;
 mod planes;
 mod probe_tool;
 mod probe_view;
+mod problem;
 mod projector;
+mod recent;
 mod settings;
 mod slot;
 mod thresholds;
@@ -66,10 +74,13 @@ mod wipe;
 
 use crate::mesh::Component;
 use crate::octree::{OctreeParams, Subject};
+use crate::session::{Session, Source};
 use crate::study::ErrorSampling;
 use crate::view::View;
 use anyhow::{Result, anyhow, bail};
+pub use pictures::PictureSize;
 pub use probe_tool::Pin;
+pub use recent::recent_file;
 use std::path::PathBuf;
 pub use viewer::{OctreeNumbers, Viewer};
 pub use viewport::wgpu_setup;
@@ -79,6 +90,12 @@ pub use viewport::wgpu_setup;
 pub struct Options {
     /// What the mesh or volume is called: title and name of screenshots.
     pub name: String,
+    /// Where it was read from.
+    pub source: Source,
+    /// What is around and behind the picture, and the size of screenshots, if the window opens on a session.
+    pub session: Option<Session>,
+    /// Where the list of files that were open lately is kept; `None`: nowhere.
+    pub recent: Option<PathBuf>,
     /// A mesh and the field of it that is shown first, or a volume.
     pub subject: Subject,
     /// What is taken of a vector.

@@ -1,12 +1,13 @@
 //! What the window shows, and the long work that makes it: library calls, each to be run by a [`super::jobs::Job`].
 
-use crate::format::{self, ReadOptions};
+use crate::format;
 use crate::geometry::{Aabb, Placed};
 use crate::image::{Background, Image, write_png};
-use crate::mesh::{BoundarySurface, FieldSelection, ScalarField, TetMesh};
+use crate::mesh::{BoundarySurface, FieldSelection, ScalarField, TetMesh, generate};
 use crate::octree::{Boundary, ErrorBound, OctreeParams, OctreeTexture, Subject, Unmet};
 use crate::progress::Progress;
 use crate::render::{Picture, Renderer, Scene};
+use crate::session::Source;
 use crate::study::probe::{LineSamples, write_csv};
 use crate::study::tune::{Effort, Record, Sweep};
 use crate::study::{Bins, ErrorSampling, FieldError, Histogram};
@@ -23,6 +24,8 @@ use std::time::Instant;
 pub struct Document {
     /// The file's stem: title and name of screenshots.
     pub name: String,
+    /// Where it was read from.
+    pub source: Source,
     /// What the file holds.
     pub data: Data,
     /// The field shown first.
@@ -53,6 +56,11 @@ impl Data {
             Data::Mesh(mesh) => Some(mesh),
             Data::Volume(_) => None,
         }
+    }
+
+    /// Smallest and largest value of one of its fields, data units.
+    pub fn range(&self, selection: &FieldSelection) -> Result<[f64; 2]> {
+        Ok(self.subject(selection)?.range())
     }
 
     /// One of its fields; a volume has only its own.
@@ -130,22 +138,25 @@ pub enum ExactStep {
     },
 }
 
-/// Reads a mesh or a volume and checks that it carries something to show within a budget of memory.
-pub fn open(path: &Path, memory_bytes: u64, progress: &Progress) -> Result<Document> {
-    let data = match format::read(path, &ReadOptions { memory_bytes, ..Default::default() }, progress)? {
-        format::Data::Mesh(mesh) => Data::Mesh(Arc::new(mesh)),
-        format::Data::Grid(grid) => Data::Volume(Arc::new(grid)),
+/// Reads a mesh or a volume and checks that it carries the field to show within a budget of memory.
+pub fn open(source: Source, field: &FieldSelection, memory_bytes: u64, progress: &Progress) -> Result<Document> {
+    let options = source.options(field.name.clone(), field.component, memory_bytes);
+    let data = match &source.file {
+        Some(path) => match format::read(path, &options, progress)? {
+            format::Data::Mesh(mesh) => Data::Mesh(Arc::new(mesh)),
+            format::Data::Grid(grid) => Data::Volume(Arc::new(grid)),
+        },
+        None => Data::Mesh(Arc::new(format::read_embedded("wing.vtu", generate::WING_VTU, progress)?)),
     };
-    let at = || path.display().to_string();
-    let subject = data.subject(&FieldSelection::default()).with_context(at)?;
+    let at = || source.file.as_ref().map_or("the bundled mesh".into(), |path| path.display().to_string());
+    let subject = data.subject(field).with_context(at)?;
     let need = subject.working_bytes();
     if need > memory_bytes {
         let mib = |bytes: u64| bytes >> 20;
         bail!("{}: regularizing it may take {} MiB, the budget is {} MiB (--memory)", at(), mib(need), mib(memory_bytes));
     }
-    let name = path.file_stem().map_or("mesh".into(), |stem| stem.to_string_lossy().into_owned());
-    let field = FieldSelection { name: Some(subject.array().to_owned()), ..FieldSelection::default() };
-    Ok(Document { name, data, field })
+    let field = FieldSelection { name: Some(subject.array().to_owned()), component: field.component };
+    Ok(Document { name: source.stem(), source, data, field })
 }
 
 /// Regularizes a field and copies the texture to the device. `surface` is the mesh's for this field, if an octree before was built with it.

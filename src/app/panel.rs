@@ -48,12 +48,20 @@ impl Viewer {
             {
                 self.choose_file(&ui.ctx().clone());
             }
-            if ui.button("Screenshot").on_hover_text(tip("Write the picture to a PNG in the current folder", Action::Screenshot)).clicked()
-            {
-                self.save_picture(&ui.ctx().clone());
-            }
+            self.recent_menu(ui);
+            self.button(ui, "Reload", "Read the file again; camera, colours and thresholds stay", Action::Reload);
             ui.add(egui::Label::new(RichText::new(&self.document.name).strong()).truncate());
         });
+        ui.horizontal(|ui| {
+            self.button(ui, "Open session...", "Data, thresholds, camera, colours and all else from a file", Action::OpenSession);
+            self.button(ui, "Save session...", "All that is chosen into a file; octetra render --session draws it", Action::SaveSession);
+        });
+        ui.horizontal(|ui| {
+            self.screenshot_button(ui);
+            self.turntable_button(ui);
+            self.transparent_checkbox(ui);
+        });
+        self.picture_size_widgets(ui);
         ui.horizontal(|ui| {
             self.button(ui, "Undo", "Take the last change of a setting back; the camera has its own undo", Action::UndoSettings);
             self.button(ui, "Redo", "Change it again", Action::RedoSettings);

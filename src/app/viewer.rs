@@ -3,6 +3,7 @@
 use super::actions::Histories;
 use super::camera_panel::CameraJob;
 use super::dock::Docked;
+use super::files::{Loading, SessionJob};
 use super::furniture::{self, Look};
 use super::jobs::{Job, Polled, outcome};
 use super::leaves::Leaves;
@@ -10,7 +11,10 @@ use super::model::{self, Data, Document, ExactStep};
 use super::navigate;
 use super::octree_stage::{Measured, OctreeStage};
 use super::pace::Pace;
+use super::pictures::{Pictures, Saving, absolute};
 use super::probe_tool::{Pin, ProbeTool};
+use super::problem::Problem;
+use super::recent::Recent;
 use super::settings::{Settings, Transfer};
 use super::slot::Slot;
 use super::transfer_editor::TransferEditor;
@@ -18,11 +22,9 @@ use super::tuning::Tuning;
 use super::viewport::Viewport;
 use super::wipe::{Wipe, WipeMode};
 use super::{Options, title};
-use crate::format::FORMATS;
-use crate::furniture::{Part, Parts, paint};
+use crate::furniture::Parts;
 use crate::geometry::Placed;
 use crate::gpu::FrameTime;
-use crate::image::{Background, Image};
 use crate::mesh::FieldSelection;
 use crate::octree::{ErrorBound, OctreeParams, Unmet};
 use crate::progress::Progress;
@@ -61,8 +63,14 @@ pub struct Viewer {
     pub(super) shown: [Option<View>; Slot::COUNT],
     /// What these pictures took.
     pub(super) frame_times: [Option<FrameTime>; Slot::COUNT],
-    loading: Option<Job<Result<Option<Document>>>>,
-    saving: Option<Job<Result<PathBuf>>>,
+    pub(super) loading: Option<Loading>,
+    pub(super) saving: Option<Saving>,
+    pub(super) session_job: Option<SessionJob>,
+    pub(super) recent: Recent,
+    pub(super) problem: Option<Problem>,
+    pub(super) pictures: Pictures,
+    /// Of the display.
+    pub(super) pixels_per_point: f64,
     /// Shaders that a picture waits for.
     pub(super) compiling: Option<(Slot, Job<Result<()>>)>,
     status: Status,
@@ -150,8 +158,8 @@ impl Viewer {
             render: RenderSettings { min_transmittance: RenderSettings::INTERACTIVE, ..options.view.settings },
             look: Look::default(),
         };
-        Ok(Viewer {
-            document: Document { name: options.name, data: Data::of(&options.subject), field },
+        let mut viewer = Viewer {
+            document: Document { name: options.name, source: options.source, data: Data::of(&options.subject), field },
             opening: settings.camera,
             histories: Histories::new(&settings),
             help_is_open: false,
@@ -170,6 +178,11 @@ impl Viewer {
             viewport,
             loading: None,
             saving: None,
+            session_job: None,
+            recent: Recent::of(options.recent),
+            problem: None,
+            pictures: Pictures::default(),
+            pixels_per_point: 1.0,
             compiling: None,
             status: Status::default(),
             renderer,
@@ -182,7 +195,13 @@ impl Viewer {
             moved: Instant::now(),
             memory_bytes: options.memory_bytes,
             folder: options.folder,
-        })
+        };
+        if let Some(session) = &options.session {
+            viewer.take_look(session);
+            viewer.histories = Histories::new(&viewer.settings);
+        }
+        viewer.recent.note(&viewer.document.source);
+        Ok(viewer)
     }
 
     /// The numbers of the octree, once there is one.
@@ -275,45 +294,6 @@ impl Viewer {
         &self.status.text
     }
 
-    /// Opens another mesh or volume in the background.
-    pub fn open(&mut self, ctx: &egui::Context, path: PathBuf) {
-        let memory_bytes = self.memory_bytes;
-        self.say(format!("opening {}", path.display()));
-        self.loading = Some(Job::start(ctx, move |progress, results| results.give(model::open(&path, memory_bytes, progress).map(Some))));
-    }
-
-    /// Asks for a file, then opens it.
-    pub(super) fn choose_file(&mut self, ctx: &egui::Context) {
-        let all: Vec<&str> = FORMATS.iter().flat_map(|format| format.suffixes).copied().collect();
-        let dialog = rfd::AsyncFileDialog::new().add_filter("Meshes and volumes", &all);
-        let dialog = FORMATS.iter().fold(dialog, |dialog, format| dialog.add_filter(format.name, format.suffixes));
-        let (answer, memory_bytes) = (dialog.pick_file(), self.memory_bytes);
-        self.loading = Some(Job::start(ctx, move |progress, results| {
-            let opened = pollster::block_on(answer).map(|file| model::open(file.path(), memory_bytes, progress)).transpose();
-            results.give(opened);
-        }));
-    }
-
-    /// Writes the picture as `octetra render` would draw it at the viewport's size.
-    pub(super) fn save_picture(&mut self, ctx: &egui::Context) {
-        let view = self.exact_view();
-        let (renderer, folder, name) = (self.renderer.clone(), self.folder.clone(), self.document.name.clone());
-        let (look, scale) = (self.settings.look, f64::from(ctx.pixels_per_point()));
-        let parts = if look.saves_furniture { look.parts.with(Part::Time, false) } else { Parts::NONE };
-        let drawing = self.furniture(egui::vec2(self.size[0] as f32, self.size[1] as f32) / ctx.pixels_per_point(), parts);
-        let finish = move |image: &mut Image| {
-            paint(image, &drawing, scale);
-            Background::Color(look.background_rgb())
-        };
-        let save = move |scene: &Scene, progress: &_| model::save_picture(&renderer, scene, &view, finish, (&folder, &name), progress);
-        let job = match (self.kind(), self.octree.model.clone(), self.exact.scene.clone()) {
-            (RendererKind::Octree, Some(model), _) => Job::start(ctx, move |progress, results| results.give(save(&model.scene, progress))),
-            (RendererKind::Exact, _, Some((_, scene))) => Job::start(ctx, move |progress, results| results.give(save(&scene, progress))),
-            _ => return self.say("there is no picture yet"),
-        };
-        self.saving = Some(job);
-    }
-
     /// The job on its way: what it does and how much is done.
     pub(super) fn activity(&self) -> Option<(&'static str, Option<f32>)> {
         let named = |(stage, done): (&'static str, Option<f32>)| (if stage.is_empty() { "working" } else { stage }, done);
@@ -383,13 +363,14 @@ impl Viewer {
         self.run_octree(ctx);
         self.run_exact(ctx);
         self.run_camera_job();
+        self.run_session_job();
         self.run_transfer_files();
         match self.saving.as_ref().map(Job::poll) {
             None | Some(Polled::Pending) => {}
             Some(ended) => {
                 self.saving = None;
                 match outcome(ended) {
-                    Ok(path) => self.say(format!("wrote {}", absolute(&path).display())),
+                    Ok(done) => self.say(done),
                     Err(error) => self.fail(error),
                 }
             }
@@ -405,22 +386,24 @@ impl Viewer {
         }
     }
 
-    fn run_loading(&mut self, ctx: &egui::Context) {
-        let ended = match self.loading.as_ref().map(Job::poll) {
-            None | Some(Polled::Pending) => return,
-            Some(ended) => ended,
-        };
-        self.loading = None;
-        match outcome(ended) {
-            Ok(Some(document)) => self.show_document(ctx, document),
-            Ok(None) => {}
-            Err(error) => self.fail(error),
+    /// What pictures are drawn from at their best, for the renderer chosen.
+    pub(super) fn picture_scene(&self) -> Option<Arc<Scene>> {
+        match self.kind() {
+            RendererKind::Octree => self.octree.model.as_ref().map(|model| model.scene.clone()),
+            RendererKind::Exact => self.exact.scene.as_ref().map(|(_, scene)| scene.clone()),
         }
     }
 
-    fn show_document(&mut self, ctx: &egui::Context, document: Document) {
+    /// A volume is drawn from its octree only.
+    pub(super) fn settle_renderer(&mut self) {
+        if self.document.data.mesh().is_none() {
+            self.settings.render.renderer = RendererKind::Octree;
+        }
+    }
+
+    /// Puts another document in the place of the one that is open.
+    pub(super) fn show_document(&mut self, ctx: &egui::Context, document: Document) {
         ctx.send_viewport_cmd(egui::ViewportCommand::Title(title(&document.name)));
-        self.say(format!("opened {}", document.name));
         self.opening = Camera::orbit(document.data.bounds().translated(document.data.center()), 0, 1.0);
         self.settings.camera = self.opening;
         self.settings.field = document.field.clone();
@@ -431,10 +414,6 @@ impl Viewer {
             render.mode = Mode::Composite;
         }
         self.document = document;
-        if self.document.data.mesh().is_none() {
-            self.settings.render.renderer = RendererKind::Octree;
-        }
-        self.histories = Histories::new(&self.settings);
         self.octree = self.octree.emptied();
         self.transfer_editor.forget_data();
         self.exact = ExactStage::default();
@@ -597,17 +576,11 @@ impl Viewer {
         }
     }
 
-    /// Opens a file that was dropped on the window.
-    fn take_dropped(&mut self, ctx: &egui::Context) {
-        let dropped = ctx.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
-        if let Some(path) = dropped {
-            self.open(ctx, path);
-        }
-    }
-
     /// Writes a file in the background and says where.
     pub(super) fn save(&mut self, ctx: &egui::Context, write: impl FnOnce(&Progress) -> Result<PathBuf> + Send + 'static) {
-        self.saving = Some(Job::start(ctx, move |progress, results| results.give(write(progress))));
+        self.saving = Some(Job::start(ctx, move |progress, results| {
+            results.give(write(progress).map(|path| format!("wrote {}", absolute(&path).display())));
+        }));
     }
 
     /// Where files are written.
@@ -642,6 +615,7 @@ impl Viewer {
 impl eframe::App for Viewer {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
+        self.pixels_per_point = f64::from(ctx.pixels_per_point());
         self.obey_keys(&ctx);
         self.take_dropped(&ctx);
         egui::Panel::left("controls").exact_size(300.0).resizable(false).show(ui, |ui| {
@@ -656,9 +630,7 @@ impl eframe::App for Viewer {
         self.run_jobs(&ctx);
         egui::CentralPanel::no_frame().show(ui, |ui| self.picture(ui));
         self.help_sheet(&ctx);
+        self.turntable_panel(&ctx);
+        self.problem_panel(&ctx);
     }
-}
-
-fn absolute(path: &Path) -> PathBuf {
-    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }

@@ -2,6 +2,7 @@
 
 use super::long_work::with_bar;
 use super::mode::ModeArgs;
+use super::session::SessionView;
 use super::transfer::TransferArgs;
 use crate::format::{self, RawLayout, ReadOptions, SolutionFile};
 use crate::furniture;
@@ -25,7 +26,7 @@ pub struct MeshArgs {
     #[arg(long, value_name = "NAME")]
     pub array: Option<String>,
     /// What to take of a vector
-    #[arg(long, value_name = "magnitude|x|y|z|N", default_value = "magnitude", value_parser = parse_component)]
+    #[arg(long, value_name = "magnitude|x|y|z|N", default_value = "magnitude", value_parser = Component::from_str)]
     pub component: Component,
     /// The solution of a PLOT3D grid [default: beside it, NAME.q or NAME.f of NAME.x or NAME.xyz, NAMEq.bin of NAMExyz.bin or NAMEx.bin]
     #[arg(long, value_name = "FILE")]
@@ -134,6 +135,16 @@ pub struct RawArgs {
 }
 
 impl RawArgs {
+    /// The flags that stand for a layout.
+    pub fn of(layout: Option<&RawLayout>) -> Self {
+        RawArgs {
+            dims: layout.map(|layout| layout.dims),
+            voxel: layout.map(|layout| layout.voxel.to_owned()),
+            spacing: layout.map(|layout| layout.spacing),
+            big_endian: layout.is_some_and(|layout| layout.is_big_endian),
+        }
+    }
+
     /// The layout, if the file is one of plain bytes.
     pub fn layout(&self) -> Option<RawLayout> {
         let voxel = RawLayout::TYPES.into_iter().find(|name| Some(*name) == self.voxel.as_deref())?;
@@ -326,6 +337,9 @@ pub struct ViewArgs {
     pub mode: ModeArgs,
     #[command(flatten)]
     pub transfer: TransferArgs,
+    /// What a session says where no flag does.
+    #[arg(skip)]
+    pub session: Option<SessionView>,
 }
 
 /// Values of `--renderer`.
@@ -381,14 +395,20 @@ impl From<DeviceArg> for DeviceChoice {
 impl ViewArgs {
     /// `Err` if flags contradict each other.
     fn check(&self) -> Result<()> {
-        self.mode.check()?;
-        if self.skip == Some(Skip::Encoding) && !matches!(self.steps, StepsArg::Fixed) {
+        // What the mode needs may stand in a session.
+        if self.session.is_some() {
+            self.mode.check_details()?
+        } else {
+            self.mode.check()?
+        }
+        let settings = self.settings();
+        if self.skip == Some(Skip::Encoding) && settings.steps != Steps::Fixed {
             bail!("--skip encoding marches voxels by one step; add --steps fixed");
         }
-        if matches!(self.steps, StepsArg::Paper) && !matches!(self.skip, None | Some(Skip::None)) {
+        if settings.steps == Steps::Paper && !matches!(self.skip, None | Some(Skip::None)) {
             bail!("--steps paper chains samples from the ray's beginning, nothing can be skipped; --skip needs --steps leaf or fixed");
         }
-        if self.voxels && !matches!(self.steps, StepsArg::Fixed) {
+        if self.voxels && settings.steps != Steps::Fixed {
             bail!("--voxels are marched by one step; add --steps fixed");
         }
         Ok(())
@@ -402,13 +422,20 @@ impl ViewArgs {
     /// The files that a view is made from, read and checked before any long work.
     pub fn files(&self) -> Result<(TransferFunction, Option<Camera>)> {
         self.check()?;
-        Ok((self.transfer.read()?, self.camera_file()?))
+        let session = self.session.as_ref();
+        let transfer_function = self.transfer.read(session.and_then(|session| session.transfer_function.as_ref()))?;
+        Ok((transfer_function, self.camera_file()?.or(session.and_then(|session| session.camera))))
     }
 
     /// The view of a mesh or a volume.
     pub fn view(&self, data: &impl Placed, (transfer_function, camera): (TransferFunction, Option<Camera>)) -> View {
         let orbit = || Camera::orbit(data.bounds().translated(data.center()), self.orbit, self.zoom);
-        let settings = RenderSettings {
+        View { camera: camera.unwrap_or_else(orbit), transfer_function, settings: self.settings() }
+    }
+
+    /// The settings: what flags say, and what a session says where they do not.
+    pub fn settings(&self) -> RenderSettings {
+        let flags = RenderSettings {
             renderer: match self.renderer {
                 RendererArg::Octree => RendererKind::Octree,
                 RendererArg::Exact => RendererKind::Exact,
@@ -427,13 +454,12 @@ impl ViewArgs {
             },
             ..self.mode.settings(RenderSettings::new(self.size[0], self.size[1]))
         };
-        let transfer_function = self.transfer.scaled(transfer_function, data.bounds().diagonal());
-        View { camera: camera.unwrap_or_else(orbit), transfer_function, settings }
+        self.session.as_ref().map_or(flags, |session| session.settings(flags))
     }
 }
 
 /// Reads a JSON file; errors name file, line and column.
-fn read_json<T: serde::de::DeserializeOwned>(path: &Path, what: &str) -> Result<T> {
+pub fn read_json<T: serde::de::DeserializeOwned>(path: &Path, what: &str) -> Result<T> {
     let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
     serde_json::from_str(&text).with_context(|| format!("{}: not {what}", path.display()))
 }
@@ -479,16 +505,6 @@ pub fn check_writable(path: &Path) -> Result<()> {
 fn parse_preset(text: &str) -> Result<Preset, String> {
     let names = || Preset::ALL.map(|(name, _)| name).join(", ");
     Preset::ALL.iter().find(|(name, _)| *name == text).map(|&(_, p)| p).ok_or_else(|| format!("expected one of {}", names()))
-}
-
-fn parse_component(text: &str) -> Result<Component, String> {
-    match text {
-        "magnitude" => Ok(Component::Magnitude),
-        "x" => Ok(Component::Index(0)),
-        "y" => Ok(Component::Index(1)),
-        "z" => Ok(Component::Index(2)),
-        n => n.parse().map(Component::Index).map_err(|_| "expected magnitude, x, y, z or a number from 0".into()),
-    }
 }
 
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
@@ -573,6 +589,6 @@ mod tests {
         assert!(parse_bytes("5 parsecs").is_err() && parse_bytes("-1").is_err());
         assert_eq!(parse_color("0,0.5,1"), Ok([0.0, 0.5, 1.0]));
         assert!(parse_color("0,0.5").is_err() && parse_color("0,2,1").is_err() && parse_color("0,x,1").is_err());
-        assert_eq!(parse_component("z"), Ok(Component::Index(2)));
+        assert_eq!("z".parse(), Ok(Component::Index(2)));
     }
 }

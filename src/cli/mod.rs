@@ -13,6 +13,8 @@ mod probe;
 mod regularize;
 mod render;
 mod report;
+mod sequence;
+mod session;
 mod skip_table;
 mod subject;
 mod transfer;

@@ -87,12 +87,7 @@ impl ModeArgs {
     /// `Err` if flags contradict each other.
     pub fn check(&self) -> Result<()> {
         let mode = self.mode();
-        if self.xray.is_some() && !matches!(mode, Mode::Mean | Mode::Integral) {
-            bail!("--xray says what --mode xray shows; the mode is {mode}");
-        }
-        if self.xray == Some(XRayArg::Mean) && mode == Mode::Integral {
-            bail!("--mode {mode} and --xray mean contradict each other");
-        }
+        self.check_details()?;
         if mode == Mode::Iso && self.iso.is_empty() && self.cut.is_empty() {
             bail!("--mode iso draws surfaces of equal value; say which with --iso V (or planes with --cut)");
         }
@@ -101,6 +96,18 @@ impl ModeArgs {
         }
         if mode.is_number() && self.shade == Some(ShadeArg::Phong) {
             bail!("--mode {mode} shows a number of each ray, which is not shaded; --shade phong is for composite and iso");
+        }
+        Ok(())
+    }
+
+    /// `Err` if flags contradict each other whatever a session adds to them.
+    pub fn check_details(&self) -> Result<()> {
+        let mode = self.mode();
+        if self.xray.is_some() && !matches!(mode, Mode::Mean | Mode::Integral) {
+            bail!("--xray says what --mode xray shows; the mode is {mode}");
+        }
+        if self.xray == Some(XRayArg::Mean) && mode == Mode::Integral {
+            bail!("--mode {mode} and --xray mean contradict each other");
         }
         for (flag, given) in [("--iso-opacity", self.iso_opacity.len()), ("--iso-color", self.iso_color.len())] {
             if ![0, 1, self.iso.len()].contains(&given) {

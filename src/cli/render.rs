@@ -1,8 +1,10 @@
 //! `octetra render`: a mesh or a volume into a picture.
 
-use super::args::{MeshArgs, OctreeArgs, RawArgs, RendererArg, ViewArgs, check_outputs, parse_color};
+use super::args::{MeshArgs, OctreeArgs, RawArgs, ViewArgs, check_outputs, check_outputs_beside, parse_color};
 use super::long_work::with_bar;
 use super::report::Report;
+use super::sequence::{Sequence, SequenceArgs};
+use super::session::SessionArgs;
 use super::subject::{read_subject, regularized};
 use crate::furniture::{self, Furniture, Parts};
 use crate::geometry::Placed;
@@ -11,7 +13,7 @@ use crate::image::{Background, Image, write_npy, write_png, write_values_npy};
 use crate::octree::{ErrorBound, OctreeTexture, Subject, Unmet};
 use crate::render::{Renderer, Scene};
 use crate::study::{ErrorSampling, FieldError};
-use crate::view::{Mode, Skip, View};
+use crate::view::{Camera, Mode, RendererKind, Skip, View};
 use anyhow::{Context, Error, Result, anyhow, bail};
 use clap::Args;
 use glam::{DVec2, DVec3};
@@ -24,6 +26,8 @@ use std::time::Instant;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RenderCommand {
+    #[command(flatten)]
+    session: SessionArgs,
     #[command(flatten)]
     mesh: MeshArgs,
     /// The picture [default: the mesh's name with .png, in the current folder]
@@ -41,10 +45,15 @@ pub struct RenderCommand {
     /// between them, all or none. Not into --raw
     #[arg(long, value_name = "PARTS", default_value = "none")]
     furniture: Parts,
+    /// Pixels a point of it, as a session has it.
+    #[arg(skip)]
+    furniture_scale: Option<f64>,
     #[command(flatten)]
     octree: OctreeArgs,
     #[command(flatten)]
     volume: RawArgs,
+    #[command(flatten)]
+    sequence: SequenceArgs,
     /// Also write the float image: float32, height x width x 4, premultiplied RGBA
     #[arg(long, value_name = "OUT.npy", help_heading = "Output")]
     raw: Option<PathBuf>,
@@ -69,6 +78,8 @@ Examples:
   octetra render flow.vtu --mode mip --value largest.npy           the largest value on each ray, and the numbers
   octetra render flow.vtu --preset fine --stats fine.json
   octetra render flow.vtu --furniture bar,axes,box --background 1,1,1
+  octetra render --session flow.json --size 2560x1600      what the window showed, larger
+  octetra render flow.vtu --turntable 120 -o turn_{n}.png  a full turn, turn_000.png to turn_119.png
   octetra render scan.nhdr --tf bone.json                  a volume: .nrrd, .nhdr, .mhd, .mha, .vti, .vtk
   octetra render wing.xyz                                  a PLOT3D grid, its solution in wing.q
   octetra render scan.raw --dims 256,256,178 --type u8     plain bytes
@@ -76,10 +87,22 @@ Examples:
 
 impl RenderCommand {
     /// Reads, regularizes, draws, writes.
-    pub fn run(self) -> Result<()> {
+    pub fn run(mut self) -> Result<()> {
+        self.take_session()?;
+        let sequence = self.sequence.sequence(self.output.as_deref(), &self.mesh.stem())?;
         let output = self.output.clone().unwrap_or_else(|| format!("{}.png", self.mesh.stem()).into());
-        let outputs = [Some(&output), self.raw.as_ref(), self.value.as_ref(), self.depth.as_ref(), self.stats.as_ref()];
+        let numbers = [self.raw.as_ref(), self.value.as_ref(), self.depth.as_ref()];
+        if sequence.is_some() && numbers.iter().any(Option::is_some) {
+            bail!("--raw, --value and --depth are of one picture; a sequence has many");
+        }
+        let pictures = sequence.as_ref().map_or_else(|| vec![output.clone()], Sequence::files);
+        // All pictures of a sequence go to one folder under names of their own.
+        let [first, last] = [pictures.first(), pictures.last().filter(|_| pictures.len() > 1)];
+        let outputs: Vec<Option<&PathBuf>> = [first, last].into_iter().chain(numbers).chain([self.stats.as_ref()]).collect();
         check_outputs(&self.mesh, &outputs)?;
+        if let Some(session) = self.session.file() {
+            check_outputs_beside(&[(session, "the session")], &outputs)?;
+        }
         self.check_numbers()?;
         let files = self.view.files()?;
 
@@ -95,6 +118,20 @@ impl RenderCommand {
         let renderer = Renderer::new(self.view.device.into())?;
         say_if_fallen_back(&renderer);
         let scene = self.scene(&renderer, &subject, &mut report)?;
+        let background = if self.transparent { Background::Transparent } else { Background::Color(self.background) };
+        if let Some(sequence) = sequence {
+            let views = sequence.cameras(view.camera).into_iter().map(|camera| View { camera, ..view.clone() });
+            let pictures: Vec<(View, PathBuf)> = views.zip(pictures).collect();
+            let finish = |image: &mut Image, camera: &Camera| {
+                self.furnish(image, &subject, &View { camera: *camera, ..view.clone() });
+                background
+            };
+            let start = Instant::now();
+            with_bar(|progress| renderer.write_sequence(&scene, &pictures, finish, progress))?;
+            report.set("time", "sequence", start.elapsed().as_secs_f64());
+            report.set("params", "pictures", pictures.len());
+            return self.stats.as_deref().map(|path| report.write(path)).transpose().map(|_| ());
+        }
         let mut picture = with_bar(|progress| renderer.render(&scene, &view, progress))?;
         report.picture(&renderer, &scene, &picture);
         if self.stats.is_some() {
@@ -104,7 +141,6 @@ impl RenderCommand {
             report.set("samples", "active_leaves", renderer.active_leaves(&scene, &view));
         }
 
-        let background = if self.transparent { Background::Transparent } else { Background::Color(self.background) };
         self.raw.as_deref().map(|path| write_npy(path, &picture.image)).transpose()?;
         self.write_numbers(&renderer, &scene, &view)?;
         self.furnish(&mut picture.image, &subject, &view);
@@ -113,13 +149,30 @@ impl RenderCommand {
         Ok(())
     }
 
+    /// Takes what a session says and no flag does.
+    fn take_session(&mut self) -> Result<()> {
+        let session = self.session.apply(&mut self.mesh, &mut self.volume, &mut self.octree, &mut self.view)?;
+        let Some(session) = session else { return Ok(()) };
+        if !self.session.gives(&["background", "transparent"]) {
+            (self.background, self.transparent) = (session.background, session.transparent);
+        }
+        if !self.session.gives(&["furniture"]) {
+            self.furniture = if session.furniture_in_pictures { session.furniture } else { Parts::NONE };
+        }
+        if !self.session.gives(&["size"]) {
+            self.furniture_scale = session.furniture_scale;
+        }
+        Ok(())
+    }
+
     /// `Err` if numbers are asked for that the mode has not.
     fn check_numbers(&self) -> Result<()> {
-        let mode = self.view.mode.mode();
+        let settings = self.view.settings();
+        let mode = settings.mode;
         if self.value.is_some() && !mode.is_number() {
             bail!("--value writes the number that --mode mip, minip or xray shows of each ray; the mode is {mode}");
         }
-        if self.depth.is_some() && self.view.mode.iso.is_empty() {
+        if self.depth.is_some() && settings.isosurfaces.is_empty() {
             bail!("--depth writes the distance to the first isosurface; say which with --iso V");
         }
         Ok(())
@@ -143,7 +196,7 @@ impl RenderCommand {
     /// Draws what is asked for around the picture. Letters grow with it.
     fn furnish(&self, image: &mut Image, subject: &Subject, view: &View) {
         let size = DVec2::new(f64::from(image.width), f64::from(image.height));
-        let scale = (size.min_element() / 600.0).max(1.0);
+        let scale = self.furniture_scale.unwrap_or_else(|| (size.min_element() / 600.0).max(1.0));
         let is_integral = view.settings.mode == Mode::Integral;
         let title = self.mesh.title(subject);
         let range = subject.range();
@@ -162,7 +215,7 @@ impl RenderCommand {
 
     /// What is drawn: the octree texture, built here, or the mesh itself.
     fn scene(&self, renderer: &Renderer, subject: &Subject, report: &mut Report) -> Result<Scene> {
-        if self.view.renderer == RendererArg::Exact {
+        if self.view.settings().renderer == RendererKind::Exact {
             let Subject::Mesh(mesh, field) = subject else {
                 return Err(no_exact_volume(&self.mesh));
             };

@@ -107,15 +107,16 @@ impl Report {
             Component::Magnitude => "magnitude".to_owned(),
             Component::Index(i) => ["x", "y", "z"].get(i).map_or(i.to_string(), |&name| name.to_owned()),
         };
+        let on_orbit = |view: &ViewArgs| view.camera.is_none() && view.session.as_ref().is_none_or(|session| session.camera.is_none());
         let data = json!({ "mesh": mesh.mesh, "array": array, "component": component, "memory": mesh.budget_bytes() });
         let plane = |plane: &Plane| json!({ "point": plane.point.to_array(), "normal": plane.normal.to_array() });
         let seen = view.map(|(view, used)| {
             json!({
-                "size": view.size, "camera": used.camera, "transfer_function": used.transfer_function,
-                "orbit": view.camera.is_none().then_some(view.orbit), "zoom": view.camera.is_none().then_some(view.zoom),
-                "renderer": format!("{:?}", view.renderer).to_lowercase(), "device": format!("{:?}", view.device).to_lowercase(),
-                "steps": format!("{:?}", view.steps).to_lowercase(), "step": view.step,
-                "voxels": view.voxels, "skip": used.settings.skip().to_string(), "intervals": format!("{:?}", view.intervals).to_lowercase(),
+                "size": [used.settings.width, used.settings.height], "camera": used.camera, "transfer_function": used.transfer_function,
+                "orbit": on_orbit(view).then_some(view.orbit), "zoom": on_orbit(view).then_some(view.zoom),
+                "renderer": format!("{:?}", used.settings.renderer).to_lowercase(), "device": format!("{:?}", view.device).to_lowercase(),
+                "steps": format!("{:?}", used.settings.steps).to_lowercase(), "step": used.settings.step_world,
+                "voxels": used.settings.voxels, "skip": used.settings.skip().to_string(), "intervals": format!("{:?}", used.settings.intervals).to_lowercase(),
                 "min_transmittance": used.settings.min_transmittance,
                 "mode": used.settings.mode.to_string(), "iso": view.mode.iso, "iso_opacity": view.mode.iso_opacity, "iso_color": view.mode.iso_color,
                 "clip": view.mode.clip.iter().map(plane).collect::<Vec<_>>(), "cut": view.mode.cut.iter().map(plane).collect::<Vec<_>>(),
@@ -123,6 +124,7 @@ impl Report {
                 "shade": view.mode.shade.map(|shade| format!("{shade:?}").to_lowercase()),
                 "light": match view.mode.light { LightSource::Camera => json!("camera"), LightSource::From(d) => json!(d.to_array()) },
                 "ambient": view.mode.ambient, "diffuse": view.mode.diffuse, "specular": view.mode.specular, "shininess": view.mode.shininess,
+                "session": view.session.as_ref().map(|_| used.settings), // as it was drawn, with the flags beside it counted in
             })
         });
         if let Value::Object(all) = &mut params {

@@ -37,10 +37,25 @@ pub struct TransferChanges {
     pub discrete: Option<u32>,
 }
 
+impl TransferChanges {
+    /// A transfer function with the changes, checked.
+    fn applied(&self, mut tf: TransferFunction) -> Result<TransferFunction> {
+        tf.range = self.range.or(tf.range);
+        tf.scale = self.scale.unwrap_or(tf.scale);
+        tf.unit_distance = self.unit_distance.or(tf.unit_distance);
+        tf.steps = self.discrete.or(tf.steps);
+        tf.validate()?;
+        Ok(tf)
+    }
+}
+
 impl TransferArgs {
-    /// Reads what `--tf` names, changes and checks it.
-    pub fn read(&self) -> Result<TransferFunction> {
-        Ok(read_named(&self.tf, &self.changes)?.function)
+    /// Reads what `--tf` names, changes and checks it; a session's function goes before it.
+    pub fn read(&self, session: Option<&TransferFunction>) -> Result<TransferFunction> {
+        match session {
+            Some(function) => self.changes.applied(function.clone()).context("the session's transfer function"),
+            None => Ok(read_named(&self.tf, &self.changes)?.function),
+        }
     }
 
     /// With `--opacity-scale` applied, given the diagonal of the bounds.
@@ -80,12 +95,7 @@ pub fn read_named(name: &str, changes: &TransferChanges) -> Result<NamedTransfer
         Err(unknown) if !is_path && !Path::new(name).exists() => return Err(unknown.into()),
         _ => transfer_file::read_one(name)?,
     };
-    let tf = &mut named.function;
-    tf.range = changes.range.or(tf.range);
-    tf.scale = changes.scale.unwrap_or(tf.scale);
-    tf.unit_distance = changes.unit_distance.or(tf.unit_distance);
-    tf.steps = changes.discrete.or(tf.steps);
-    named.function.validate().with_context(|| name.to_owned())?;
+    named.function = changes.applied(named.function).with_context(|| name.to_owned())?;
     Ok(named)
 }
 
@@ -131,13 +141,16 @@ mod tests {
         ];
         let args = parsed(&all);
         assert_eq!(args.flags(), all);
-        let tf = args.read().expect("a preset");
+        let tf = args.read(None).expect("a preset");
         assert_eq!((tf.range, tf.scale, tf.unit_distance, tf.steps), (Some([-2.0, 5.0]), Scale::Symlog(Some(0.5)), Some(3.0), Some(7)));
         assert_eq!(args.scaled(tf, 100.0).unit_distance, Some(1.5));
         let plain = parsed(&[]);
         assert!(plain.flags().is_empty());
-        assert_eq!(plain.scaled(plain.read().expect("standard"), 100.0), TransferFunction::standard());
-        assert_eq!(parsed(&["--tf", "Cool to Warm"]).read().expect("ParaView's name"), TransferFunction::preset("coolwarm").expect("it"));
+        assert_eq!(plain.scaled(plain.read(None).expect("standard"), 100.0), TransferFunction::standard());
+        assert_eq!(
+            parsed(&["--tf", "Cool to Warm"]).read(None).expect("ParaView's name"),
+            TransferFunction::preset("coolwarm").expect("it")
+        );
     }
 
     #[test]
@@ -147,9 +160,9 @@ mod tests {
         {
             assert!(Flags::try_parse_from(["x"].iter().chain(&flags)).is_err(), "{flags:?}");
         }
-        let error = format!("{:#}", parsed(&["--scale", "log", "--range", "-1,2"]).read().expect_err("no logarithm"));
+        let error = format!("{:#}", parsed(&["--scale", "log", "--range", "-1,2"]).read(None).expect_err("no logarithm"));
         assert!(error.contains("-1 to 2"), "{error}");
-        assert!(parsed(&["--tf", "jet"]).read().expect_err("unknown").to_string().contains("presets are"));
-        assert!(parsed(&["--tf", "no/such.json"]).read().expect_err("missing").to_string().starts_with("no/such.json"));
+        assert!(parsed(&["--tf", "jet"]).read(None).expect_err("unknown").to_string().contains("presets are"));
+        assert!(parsed(&["--tf", "no/such.json"]).read(None).expect_err("missing").to_string().starts_with("no/such.json"));
     }
 }

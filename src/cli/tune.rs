@@ -83,7 +83,7 @@ impl TuneCommand {
     /// Sweeps, prints the table and what to take, writes.
     pub fn run(self) -> Result<()> {
         check_outputs(&self.mesh, &[self.json.as_ref(), self.chart.as_ref()])?;
-        let transfer_function = self.transfer.read()?;
+        let transfer_function = self.transfer.read(None)?;
         let subject = read_subject(&self.mesh, &self.volume)?;
         transfer_function.check_range(subject.range()).with_context(|| self.mesh.shown_name())?;
         let transfer_function = self.transfer.scaled(transfer_function, subject.bounds().diagonal());

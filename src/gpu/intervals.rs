@@ -23,12 +23,14 @@ pub(super) struct PartWords {
     canvas: wgpu::TextureView,
 }
 
+/// Storage, numbers of parts and of planes that clip, and entry point.
+type Stage = (NodeStorage, [u32; 2], &'static str);
+
 /// The pipelines that find intervals.
 #[derive(Debug)]
 pub(super) struct IntervalPass {
     layouts: [wgpu::BindGroupLayout; 2],
-    /// By storage, numbers of parts and of planes that clip, and entry point.
-    pipelines: Mutex<HashMap<(NodeStorage, [u32; 2], &'static str), wgpu::ComputePipeline>>,
+    pipelines: Mutex<HashMap<Stage, wgpu::ComputePipeline>>,
     /// By numbers of parts and of planes that clip. Adapters that cannot write from fragment shaders do without.
     box_pipelines: Mutex<HashMap<[u32; 2], (wgpu::BindGroupLayout, wgpu::RenderPipeline)>>,
     /// Those used last: images mostly keep their size.

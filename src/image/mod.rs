@@ -1,11 +1,13 @@
 //! Images: linear premultiplied RGBA in f32, to and from PNG and NPY.
 
 mod files;
+mod template;
 
 pub use files::{
     ImageError, ImageFile, PixelValues, StoredImage, read_image, read_npy, read_png, write_atomically, write_bytes_png, write_npy,
     write_png, write_values_npy,
 };
+pub use template::{NoNumber, Template};
 
 /// An image of linear premultiplied RGBA, row 0 at the top.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,6 +2,8 @@
 
 use super::{DataArray, TetMesh};
 use crate::geometry;
+use std::fmt;
+use std::str::FromStr;
 
 /// Where an array's tuples live.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,6 +22,35 @@ pub enum Component {
     Magnitude,
     /// One component, from 0.
     Index(usize),
+}
+
+/// Why a text names no component.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected magnitude, x, y, z or a number from 0")]
+pub struct NotAComponent;
+
+impl fmt::Display for Component {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Component::Magnitude => f.write_str("magnitude"),
+            Component::Index(i @ 0..3) => f.write_str(["x", "y", "z"][*i]),
+            Component::Index(i) => write!(f, "{i}"),
+        }
+    }
+}
+
+impl FromStr for Component {
+    type Err = NotAComponent;
+
+    fn from_str(text: &str) -> Result<Self, NotAComponent> {
+        match text {
+            "magnitude" => Ok(Component::Magnitude),
+            "x" => Ok(Component::Index(0)),
+            "y" => Ok(Component::Index(1)),
+            "z" => Ok(Component::Index(2)),
+            n => n.parse().map(Component::Index).map_err(|_| NotAComponent),
+        }
+    }
 }
 
 /// Which field of a mesh to show.

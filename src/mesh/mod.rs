@@ -15,7 +15,7 @@ mod tet_mesh;
 
 pub use boundary::BoundarySurface;
 pub use compact::CompactMesh;
-pub use field::{Association, Component, FieldError, FieldSelection, ScalarField};
+pub use field::{Association, Component, FieldError, FieldSelection, NotAComponent, ScalarField};
 pub use file_cells::{CellShape, FileCells};
 pub use layered::{ArrayLayout, LayeredMesh, Precision, collect};
 pub use locator::{Locator, Place};

@@ -44,6 +44,7 @@ pub enum Boundary {
 
 /// The thresholds of the regularization (method 1.1).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct OctreeParams {
     /// U: the uniform depth d0 is the smallest d >= 1 with `tets / 8^d < U`. Above 0; smaller gives a deeper uniform start, which costs
     /// nodes and catches detail that V and W would stop at.

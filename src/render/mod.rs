@@ -1,6 +1,8 @@
 //! One call for every renderer, for the window and the command alike: the same [`Scene`] and [`View`] give the same picture on the GPU
 //! and on the CPU, from the octree and from the mesh itself.
 
+mod sequence;
+
 use crate::cpu;
 use crate::exact::ExactScene;
 use crate::geometry::Placed;
@@ -12,6 +14,7 @@ use crate::optics::{Classifier, Style};
 use crate::progress::{Cancelled, Progress};
 use crate::view::{Mode, Output, RayFrame, RenderSettings, RendererKind, Skip, Steps, View};
 use glam::DVec3;
+pub use sequence::SequenceError;
 use std::sync::Arc;
 use std::time::Instant;
 

@@ -1,6 +1,7 @@
 //! What a ray makes of the values on its way: light, surfaces of equal value, or a number (method 4).
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
@@ -75,14 +76,22 @@ pub enum Output {
 }
 
 /// A surface on which the field has one value.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Isosurface {
     /// The value in data units.
     pub value: f64,
     /// Linear RGB in [0, 1]; `None`: the transfer function's colour of the value.
+    #[serde(default)]
     pub color: Option<[f32; 3]>,
     /// From 0 (not seen) to 1 (nothing is seen behind it).
+    #[serde(default = "opaque")]
     pub opacity: f32,
+}
+
+/// The opacity of isosurfaces that have none of their own.
+fn opaque() -> f32 {
+    1.0
 }
 
 impl Isosurface {
@@ -93,7 +102,8 @@ impl Isosurface {
 }
 
 /// Some isosurfaces, at most [`Isosurfaces::MOST`], ascending by value.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(try_from = "Vec<Isosurface>", into = "Vec<Isosurface>")]
 pub struct Isosurfaces {
     list: [Option<Isosurface>; Isosurfaces::MOST],
 }
@@ -151,8 +161,23 @@ impl Isosurfaces {
     }
 }
 
+impl TryFrom<Vec<Isosurface>> for Isosurfaces {
+    type Error = IsosurfaceError;
+
+    fn try_from(surfaces: Vec<Isosurface>) -> Result<Self, IsosurfaceError> {
+        Isosurfaces::new(&surfaces)
+    }
+}
+
+impl From<Isosurfaces> for Vec<Isosurface> {
+    fn from(surfaces: Isosurfaces) -> Self {
+        surfaces.iter().collect()
+    }
+}
+
 /// Where light comes from: a direction, so that it is the same everywhere.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(try_from = "LightFile", into = "LightFile")]
 pub enum LightSource {
     /// From the eye, along each ray.
     #[default]
@@ -161,9 +186,42 @@ pub enum LightSource {
     From(DVec3),
 }
 
+/// A light as files have it: `"camera"` or `{"from": [x, y, z]}`.
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum LightFile {
+    Camera,
+    From([f64; 3]),
+}
+
+impl TryFrom<LightFile> for LightSource {
+    type Error = &'static str;
+
+    fn try_from(file: LightFile) -> Result<Self, &'static str> {
+        match file {
+            LightFile::Camera => Ok(LightSource::Camera),
+            LightFile::From(from) => {
+                let from = DVec3::from_array(from);
+                let valid = from.is_finite() && from != DVec3::ZERO;
+                if valid { Ok(LightSource::From(from)) } else { Err("expected a direction that is not 0") }
+            }
+        }
+    }
+}
+
+impl From<LightSource> for LightFile {
+    fn from(light: LightSource) -> Self {
+        match light {
+            LightSource::Camera => LightFile::Camera,
+            LightSource::From(from) => LightFile::From(from.to_array()),
+        }
+    }
+}
+
 /// Phong's reflection, from both sides: of a place that faces along `n`, with the light `l` and the eye `v` (units), of colour `c`,
 /// `c (ambient + diffuse |n l|) + specular max(r v, 0)^shininess`, r being l reflected by n (method 4).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Phong {
     /// K_a, from 0.
     pub ambient: f32,
@@ -184,7 +242,8 @@ impl Default for Phong {
 }
 
 /// What is shaded by Phong's reflection; by default isosurfaces.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Shading {
     /// The volume, by the field's gradient. A place counts as facing nothing, and is not shaded, as far as the gradient is small against
     /// [`Shading::GRADIENT_FLOOR`].

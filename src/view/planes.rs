@@ -1,10 +1,12 @@
 //! Planes that clip what is drawn, or are drawn themselves where they cut it.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
 /// What a plane does.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum PlaneUse {
     /// Only what lies on the side that the normal points to is drawn.
     Clip,
@@ -18,7 +20,8 @@ pub enum PlaneUse {
 }
 
 /// A plane in the world, and what it does.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(from = "PlaneFile", into = "PlaneFile")]
 pub struct Plane {
     /// A point on it.
     pub point: DVec3,
@@ -28,10 +31,48 @@ pub struct Plane {
     pub used: PlaneUse,
 }
 
+/// A plane as files have it: `{"point": [x, y, z], "normal": [x, y, z], "use": "clip"}`, or
+/// `"use": {"cut": {"opacity": 1, "edges": false}}`.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlaneFile {
+    point: [f64; 3],
+    normal: [f64; 3],
+    #[serde(rename = "use")]
+    used: PlaneUse,
+}
+
+impl From<PlaneFile> for Plane {
+    fn from(file: PlaneFile) -> Self {
+        Plane { point: file.point.into(), normal: file.normal.into(), used: file.used }
+    }
+}
+
+impl From<Plane> for PlaneFile {
+    fn from(plane: Plane) -> Self {
+        PlaneFile { point: plane.point.into(), normal: plane.normal.into(), used: plane.used }
+    }
+}
+
 /// Some planes, at most [`Planes::MOST`].
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(try_from = "Vec<Plane>", into = "Vec<Plane>")]
 pub struct Planes {
     list: [Option<Plane>; Planes::MOST],
+}
+
+impl TryFrom<Vec<Plane>> for Planes {
+    type Error = PlaneError;
+
+    fn try_from(planes: Vec<Plane>) -> Result<Self, PlaneError> {
+        Planes::new(&planes)
+    }
+}
+
+impl From<Planes> for Vec<Plane> {
+    fn from(planes: Planes) -> Self {
+        planes.iter().collect()
+    }
 }
 
 /// Why planes cannot be used.

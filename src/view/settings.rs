@@ -1,9 +1,11 @@
 //! Everything of a view that is neither camera nor transfer function.
 
 use super::{Camera, Intervals, Isosurfaces, Mode, Output, Planes, Shading, Skip, TransferFunction};
+use serde::{Deserialize, Serialize};
 
 /// Which data a picture is made from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum RendererKind {
     /// The octree texture, marched.
     #[default]
@@ -13,7 +15,8 @@ pub enum RendererKind {
 }
 
 /// Where the march over the octree places its samples (method 1.4).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Steps {
     /// Leaf by leaf: constant value from a leaf's entry to its exit. Misses nothing.
     #[default]
@@ -24,8 +27,9 @@ pub enum Steps {
     Fixed,
 }
 
-/// Size and quality of an image.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Size and quality of an image. In JSON what is left out has the value of [`RenderSettings::default`], and what is unknown is refused.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct RenderSettings {
     /// Image width in pixels, at least 1.
     pub width: u32,
@@ -34,8 +38,10 @@ pub struct RenderSettings {
     /// Octree or exact.
     pub renderer: RendererKind,
     /// What a pixel shows.
+    #[serde(with = "crate::words")]
     pub mode: Mode,
     /// What is written to pixels.
+    #[serde(skip)]
     pub output: Output,
     /// Surfaces of equal value, drawn with [`Mode::Composite`] and [`Mode::Iso`].
     pub isosurfaces: Isosurfaces,
@@ -54,6 +60,7 @@ pub struct RenderSettings {
     pub voxels: bool,
     /// What of a ray is marched. With [`Steps::Paper`] it is all of it: there each sample depends on the one before, from the ray's
     /// beginning on. So it is for a number ([`RenderSettings::skip`]).
+    #[serde(with = "crate::words")]
     pub skip: Skip,
     /// Where the intervals come from that some ways to skip need.
     pub intervals: Intervals,
@@ -61,9 +68,57 @@ pub struct RenderSettings {
     pub min_transmittance: f64,
 }
 
+/// Why settings cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{key} is {value}, expected {expected}")]
+pub struct SettingsError {
+    /// The setting.
+    pub key: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What it must be.
+    pub expected: &'static str,
+}
+
+impl Default for RenderSettings {
+    /// A measured image of 512 x 512 pixels.
+    fn default() -> Self {
+        RenderSettings::new(512, 512)
+    }
+}
+
 impl RenderSettings {
     /// The transmittance at which rays stop in the window.
     pub const INTERACTIVE: f64 = 1.0 / 512.0;
+
+    /// No picture is wider or higher, in pixels.
+    pub const LONGEST_SIDE: u32 = 32768;
+
+    /// Checks every number.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        let sides = 1.0..=f64::from(Self::LONGEST_SIDE);
+        let phong = self.shading.phong;
+        let (from_0, step) = ("a number from 0", self.step_world.unwrap_or(1.0));
+        let is_from_0 = |v: f32| v.is_finite() && v >= 0.0;
+        let [width, height] = [self.width, self.height].map(f64::from);
+        let checks = [
+            ("width", width, "1 to 32768 pixels", sides.contains(&width)),
+            ("height", height, "1 to 32768 pixels", sides.contains(&height)),
+            ("step_world", step, "a number above 0 or null", step.is_finite() && step > 0.0),
+            ("min_transmittance", self.min_transmittance, "a number from 0 below 1", (0.0..1.0).contains(&self.min_transmittance)),
+            ("shading.phong.ambient", f64::from(phong.ambient), from_0, is_from_0(phong.ambient)),
+            ("shading.phong.diffuse", f64::from(phong.diffuse), from_0, is_from_0(phong.diffuse)),
+            ("shading.phong.specular", f64::from(phong.specular), from_0, is_from_0(phong.specular)),
+            (
+                "shading.phong.shininess",
+                f64::from(phong.shininess),
+                "a number from 1",
+                phong.shininess.is_finite() && phong.shininess >= 1.0,
+            ),
+        ];
+        let wrong = checks.into_iter().find(|&(.., valid)| !valid);
+        wrong.map_or(Ok(()), |(key, value, expected, _)| Err(SettingsError { key, value, expected }))
+    }
 
     /// What of a ray is marched, given where samples lie and what is shown: all of it counts for a number.
     pub fn skip(&self) -> Skip {
@@ -77,7 +132,7 @@ impl RenderSettings {
 
     /// Whether surfaces are drawn: isosurfaces or planes.
     pub fn with_surfaces(&self) -> bool {
-        !self.mode.is_number() && !(self.isosurfaces.is_empty() && !self.planes.are_drawn())
+        !self.mode.is_number() && (!self.isosurfaces.is_empty() || self.planes.are_drawn())
     }
 
     /// Whether the volume is shaded: where it is drawn.

@@ -1,5 +1,6 @@
 //! What of a ray is marched: how the march gets past what the transfer function does not show.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
@@ -23,7 +24,8 @@ pub enum Skip {
 }
 
 /// Where first and last active leaves of rays come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Intervals {
     /// A compute pass that follows each ray from leaf to leaf.
     #[default]

@@ -1,0 +1,238 @@
+//! Opening: meshes, volumes and sessions; what was open before stays until another is read whole.
+
+use super::furniture::{Backdrop, Look};
+use super::jobs::{Job, Polled, outcome};
+use super::model::{self, Document};
+use super::settings::{Settings, Transfer};
+use super::viewer::Viewer;
+use crate::format::FORMATS;
+use crate::furniture::Part;
+use crate::mesh::FieldSelection;
+use crate::progress::Progress;
+use crate::session::{Session, Source};
+use crate::view::RenderSettings;
+use anyhow::{Context, Error, Result};
+use std::path::{Path, PathBuf};
+
+/// What was read, and what becomes of the settings.
+pub struct Opened {
+    document: Document,
+    fate: Fate,
+}
+
+/// What becomes of the settings when a file is open.
+enum Fate {
+    /// The view of the data's own; colours and thresholds stay.
+    Fresh,
+    /// Everything stays.
+    Reload,
+    /// All as the session has it, and where that was read.
+    Session(Box<Session>, PathBuf),
+}
+
+/// What is read in the background; `None` if the user gave up.
+pub type Loading = Job<Result<Option<Opened>>>;
+
+/// What came of asking where to write a session.
+pub type SessionJob = Job<Result<Option<PathBuf>>>;
+
+impl Viewer {
+    /// Opens another mesh or volume, or a session (`.json`), in the background.
+    pub fn open(&mut self, ctx: &egui::Context, path: PathBuf) {
+        self.open_source(ctx, Source::file(path));
+    }
+
+    /// The same, for files that do not say themselves what they are.
+    pub(super) fn open_source(&mut self, ctx: &egui::Context, source: Source) {
+        let memory_bytes = self.memory_bytes();
+        self.say(format!("opening {}", name(&source)));
+        self.load(ctx, move |progress| open(source, memory_bytes, progress).map(Some));
+    }
+
+    /// Reads the open file again; camera, colours and thresholds stay.
+    pub fn reload(&mut self, ctx: &egui::Context) {
+        let (source, field, memory_bytes) = (self.document.source.clone(), self.settings.field.clone(), self.memory_bytes());
+        self.say(format!("reading {} again", name(&source)));
+        self.load(ctx, move |progress| {
+            Ok(Some(Opened { document: model::open(source, &field, memory_bytes, progress)?, fate: Fate::Reload }))
+        });
+    }
+
+    /// Asks for a file, then opens it.
+    pub(super) fn choose_file(&mut self, ctx: &egui::Context) {
+        let all: Vec<&str> = FORMATS.iter().flat_map(|format| format.suffixes).copied().chain(["json"]).collect();
+        let dialog = rfd::AsyncFileDialog::new().add_filter("Meshes, volumes, sessions", &all);
+        let dialog = FORMATS.iter().fold(dialog, |dialog, format| dialog.add_filter(format.name, format.suffixes));
+        self.choose(ctx, dialog);
+    }
+
+    /// Asks for a session, then opens it.
+    pub(super) fn choose_session(&mut self, ctx: &egui::Context) {
+        self.choose(ctx, rfd::AsyncFileDialog::new().add_filter("Sessions", &["json"]));
+    }
+
+    fn choose(&mut self, ctx: &egui::Context, dialog: rfd::AsyncFileDialog) {
+        let (answer, memory_bytes) = (dialog.pick_file(), self.memory_bytes());
+        self.load(ctx, move |progress| {
+            pollster::block_on(answer).map(|file| open(Source::file(file.path()), memory_bytes, progress)).transpose()
+        });
+    }
+
+    fn load(&mut self, ctx: &egui::Context, work: impl FnOnce(&Progress) -> Result<Option<Opened>> + Send + 'static) {
+        self.problem = None;
+        self.loading = Some(Job::start(ctx, move |progress, results| results.give(work(progress))));
+    }
+
+    /// Takes what was read.
+    pub(super) fn run_loading(&mut self, ctx: &egui::Context) {
+        let ended = match self.loading.as_ref().map(Job::poll) {
+            None | Some(Polled::Pending) => return,
+            Some(ended) => ended,
+        };
+        self.loading = None;
+        match outcome(ended) {
+            Ok(Some(Opened { document, fate })) => self.take(ctx, document, fate),
+            Ok(None) => {}
+            Err(error) => self.fail_to_open(error),
+        }
+    }
+
+    fn take(&mut self, ctx: &egui::Context, document: Document, fate: Fate) {
+        let kept = Settings { field: document.field.clone(), ..self.settings.clone() };
+        let (opening, name) = (self.opening, document.name.clone());
+        let mut recent = Some(document.source.clone());
+        self.show_document(ctx, document);
+        match fate {
+            Fate::Fresh => self.say(format!("opened {name}")),
+            Fate::Reload => {
+                (self.settings, self.opening) = (kept, opening);
+                self.say(format!("read {name} again"));
+                recent = None;
+            }
+            Fate::Session(session, path) => {
+                self.take_session(&session);
+                self.say(format!("opened {}", path.display()));
+                recent = Some(Source::file(path));
+            }
+        }
+        self.settle_renderer();
+        self.histories = super::actions::Histories::new(&self.settings);
+        if let Some(source) = recent {
+            self.recent.note(&source);
+        }
+    }
+
+    /// Chooses all that a session has beside the data.
+    pub(super) fn take_session(&mut self, session: &Session) {
+        if let Some(camera) = session.camera {
+            (self.settings.camera, self.opening) = (camera, camera);
+        }
+        self.settings.params = session.thresholds.clone();
+        self.settings.transfer = Transfer::new(session.transfer_function.clone());
+        let interactive = self.settings.render.min_transmittance;
+        self.settings.render = RenderSettings { min_transmittance: interactive, ..session.render };
+        self.take_look(session);
+    }
+
+    /// The same for what is around the picture.
+    pub(super) fn take_look(&mut self, session: &Session) {
+        let look = &mut self.settings.look;
+        let custom = session.background.map(|v| (v * 255.0).round() as u8);
+        let plain = [Backdrop::Black, Backdrop::Grey, Backdrop::White];
+        let same = |backdrop: &Backdrop| Look { backdrop: *backdrop, ..*look }.background() == custom;
+        let backdrop = plain.into_iter().find(same).unwrap_or(Backdrop::Custom);
+        *look = Look {
+            backdrop,
+            custom: if backdrop == Backdrop::Custom { custom } else { look.custom },
+            parts: session.furniture.with(Part::Time, look.parts.has(Part::Time)),
+            saves_furniture: session.furniture_in_pictures,
+        };
+        self.pictures.take([session.render.width, session.render.height], session.transparent);
+    }
+
+    /// All that is chosen. `octetra render --session` draws of it what the button Screenshot writes.
+    pub fn session(&self) -> Session {
+        let view = self.picture_view();
+        Session {
+            data: self.document.source.clone(),
+            array: self.settings.field.name.clone(),
+            component: self.settings.field.component,
+            thresholds: self.settings.params.clone(),
+            camera: Some(view.camera),
+            transfer_function: view.transfer_function,
+            render: view.settings,
+            background: self.settings.look.background_rgb(),
+            transparent: self.pictures.transparent,
+            furniture: self.settings.look.parts.with(Part::Time, false),
+            furniture_in_pictures: self.settings.look.saves_furniture,
+            furniture_scale: Some(self.furniture_scale()),
+            ..Session::default()
+        }
+    }
+
+    /// Writes the session to a file.
+    pub fn save_session(&mut self, path: &Path) {
+        match self.session().write(path) {
+            Ok(()) => {
+                self.say(format!("wrote {}", path.display()));
+                self.recent.note(&Source::file(path));
+            }
+            Err(error) => self.fail(error.into()),
+        }
+    }
+
+    /// Asks where to write the session, then does.
+    pub(super) fn ask_session_file(&mut self, ctx: &egui::Context) {
+        let name = format!("{}-session.json", self.document.name);
+        let answer = rfd::AsyncFileDialog::new().add_filter("Sessions", &["json"]).set_file_name(name).save_file();
+        self.session_job = Some(Job::start(ctx, move |_, results| {
+            results.give(Ok(pollster::block_on(answer).map(|file| file.path().to_owned())));
+        }));
+    }
+
+    /// Takes what came of asking.
+    pub(super) fn run_session_job(&mut self) {
+        let ended = match self.session_job.as_ref().map(Job::poll) {
+            None | Some(Polled::Pending) => return,
+            Some(ended) => ended,
+        };
+        self.session_job = None;
+        match outcome(ended) {
+            Ok(Some(path)) => self.save_session(&path),
+            Ok(None) => {}
+            Err(error) => self.fail(error),
+        }
+    }
+
+    /// Opens a file that was dropped on the window.
+    pub(super) fn take_dropped(&mut self, ctx: &egui::Context) {
+        let dropped = ctx.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
+        if let Some(path) = dropped {
+            self.open(ctx, path);
+        }
+    }
+
+    fn fail_to_open(&mut self, error: Error) {
+        self.problem = Some(super::problem::Problem::of(&error));
+        self.fail(error);
+    }
+}
+
+/// Reads a mesh, a volume, or a session and what it names.
+fn open(source: Source, memory_bytes: u64, progress: &Progress) -> Result<Opened> {
+    let path = source.file.clone().filter(|path| source.raw.is_none() && path.extension().is_some_and(|suffix| suffix == "json"));
+    let Some(path) = path else {
+        let document = model::open(source, &FieldSelection::default(), memory_bytes, progress)?;
+        return Ok(Opened { document, fate: Fate::Fresh });
+    };
+    let session = Session::read(&path)?;
+    let field = FieldSelection { name: session.array.clone(), component: session.component };
+    let document = model::open(session.data.clone(), &field, memory_bytes, progress).with_context(|| path.display().to_string())?;
+    let range = document.data.range(&document.field)?;
+    session.transfer_function.check_range(range).with_context(|| format!("{}: transfer_function", path.display()))?;
+    Ok(Opened { document, fate: Fate::Session(Box::new(session), path) })
+}
+
+fn name(source: &Source) -> String {
+    source.file.as_ref().map_or("the bundled mesh".into(), |path| path.display().to_string())
+}
