@@ -53,8 +53,13 @@ fn options(folder: &Path) -> Options {
 }
 
 fn open(folder: &Path) -> Window {
+    open_sized(folder, SIZE)
+}
+
+/// One of another size: as high as what is to be clicked in it needs.
+fn open_sized(folder: &Path, size: egui::Vec2) -> Window {
     let options = options(folder);
-    let builder = Harness::builder().with_size(SIZE).with_render_cursor(false).wgpu_setup(wgpu_setup());
+    let builder = Harness::builder().with_size(size).with_render_cursor(false).wgpu_setup(wgpu_setup());
     let mut window = builder.build_eframe(|creation| Viewer::new(creation, options).expect("a window"));
     window.state_mut().set_parts(Parts::NONE); // pictures are compared; the frame time would differ
     settle(&mut window);
@@ -220,7 +225,7 @@ fn type_number(window: &mut Window, name: &str, text: &str) {
 #[test]
 fn opacity_and_colours_are_edited() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut window = open(folder.path());
+    let mut window = open_sized(folder.path(), SIZE + egui::vec2(0.0, 200.0));
     let before = picture(&mut window);
     let function = |window: &Window| window.state().transfer_function().clone();
     let viridis = TransferFunction::preset("viridis").expect("a preset");
@@ -288,7 +293,7 @@ fn opacity_and_colours_are_edited() {
 #[test]
 fn range_scale_and_files_of_the_transfer_function() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut window = open(folder.path());
+    let mut window = open_sized(folder.path(), SIZE + egui::vec2(0.0, 200.0));
     let before = picture(&mut window);
     let function = |window: &Window| window.state().transfer_function().clone();
     // The ball's field goes from 0 to 1: no logarithm, until the range is above 0.
@@ -521,6 +526,8 @@ fn what_cannot_be_opened_is_said_and_the_mesh_stays() {
     window.state_mut().open(&ctx, path);
     settle(&mut window);
     assert!(window.state().status().contains("broken.vtu"), "{}", window.state().status());
+    window.key_press(egui::Key::Escape); // closes what says why
+    settle(&mut window);
     let back = rms(&before, &picture(&mut window));
     assert!(back < SAME, "{back} levels");
 }

@@ -267,7 +267,7 @@ fn wrong_usage_has_its_own_status() {
         &["render", "--size", "0"][..],
         &["render", "--orbit", "12"],
         &["render", "--max-depth", "26"],
-        &["render", "--mode", "mip"],
+        &["render", "--mode", "best"],
         &["render", "a.vtu", "b.vtu"],
         &["tune", "--chart", "a.jpg"],
         &["tune", "--budget", "much"],

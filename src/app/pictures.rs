@@ -184,7 +184,7 @@ impl Viewer {
                 let mut pixels = pictures.pixels(window);
                 for (i, name) in ["width", "height"].into_iter().enumerate() {
                     if i == 1 {
-                        ui.label("x");
+                        ui.label("by");
                     }
                     let sides = 1..=RenderSettings::LONGEST_SIDE;
                     let value = DragValue::new(&mut pixels[i]).range(sides).clamp_existing_to_range(false).speed(4.0);

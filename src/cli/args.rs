@@ -430,6 +430,7 @@ impl ViewArgs {
     /// The view of a mesh or a volume.
     pub fn view(&self, data: &impl Placed, (transfer_function, camera): (TransferFunction, Option<Camera>)) -> View {
         let orbit = || Camera::orbit(data.bounds().translated(data.center()), self.orbit, self.zoom);
+        let transfer_function = self.transfer.scaled(transfer_function, data.bounds().diagonal());
         View { camera: camera.unwrap_or_else(orbit), transfer_function, settings: self.settings() }
     }
 
