@@ -13,7 +13,7 @@ use crate::image::{Background, Image, write_npy, write_png, write_values_npy};
 use crate::octree::{ErrorBound, OctreeTexture, Subject, Unmet};
 use crate::render::{Renderer, Scene};
 use crate::study::{ErrorSampling, FieldError};
-use crate::view::{Camera, Mode, RendererKind, Skip, View};
+use crate::view::{Camera, Mode, PlaneUse, RendererKind, Skip, View};
 use anyhow::{Context, Error, Result, anyhow, bail};
 use clap::Args;
 use glam::{DVec2, DVec3};
@@ -111,6 +111,7 @@ impl RenderCommand {
         let mut report = Report::new(&subject, start.elapsed().as_secs_f64());
         let view = self.view.view(&subject, files);
         view.transfer_function.check_range(subject.range()).with_context(|| self.mesh.shown_name())?;
+        say_what_is_not_seen(&view, &subject);
         report.params(&self.mesh, subject.array(), &self.octree, Some((&self.view, &view)))?;
         report.set("params", "background", if self.transparent { json!("transparent") } else { json!(self.background) });
         report.set("params", "furniture", self.furniture.to_string());
@@ -172,7 +173,7 @@ impl RenderCommand {
         if self.value.is_some() && !mode.is_number() {
             bail!("--value writes the number that --mode mip, minip or xray shows of each ray; the mode is {mode}");
         }
-        if self.depth.is_some() && settings.isosurfaces.is_empty() {
+        if self.depth.is_some() && settings.surfaces().is_empty() {
             bail!("--depth writes the distance to the first isosurface; say which with --iso V");
         }
         Ok(())
@@ -294,6 +295,18 @@ pub fn unmet_in_words(unmet: &Unmet, center: DVec3) -> String {
 pub fn say_if_fallen_back(renderer: &Renderer) {
     if let Some(reason) = renderer.fell_back() {
         note(&format!("{}; drawing on the CPU", one_line(&reason.to_string())));
+    }
+}
+
+/// Says what was asked for and cannot be seen.
+fn say_what_is_not_seen(view: &View, subject: &Subject) {
+    let ([lo, hi], settings) = (subject.range(), &view.settings);
+    for surface in settings.surfaces().iter().filter(|surface| !(lo..=hi).contains(&surface.value)) {
+        note(&format!("there is no isosurface {}: the values of {} go from {lo} to {hi}", surface.value, subject.array()));
+    }
+    let has_edges = settings.planes.iter().any(|plane| matches!(plane.used, PlaneUse::Cut { edges: true, .. }));
+    if has_edges && settings.renderer == RendererKind::Octree {
+        note("the tets' edges on planes are drawn by --renderer exact; the octree does not know them");
     }
 }
 

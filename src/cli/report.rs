@@ -7,7 +7,6 @@ use crate::octree::{Octree, OctreeTexture, Subject};
 use crate::render::{Picture, Renderer, Scene};
 use crate::study::{ErrorFigures, FieldError};
 use crate::view::View;
-use crate::view::{LightSource, Plane};
 use anyhow::{Context, Result};
 use glam::DVec3;
 use serde_json::{Map, Value, json};
@@ -109,7 +108,6 @@ impl Report {
         };
         let on_orbit = |view: &ViewArgs| view.camera.is_none() && view.session.as_ref().is_none_or(|session| session.camera.is_none());
         let data = json!({ "mesh": mesh.mesh, "array": array, "component": component, "memory": mesh.budget_bytes() });
-        let plane = |plane: &Plane| json!({ "point": plane.point.to_array(), "normal": plane.normal.to_array() });
         let seen = view.map(|(view, used)| {
             json!({
                 "size": [used.settings.width, used.settings.height], "camera": used.camera, "transfer_function": used.transfer_function,
@@ -118,12 +116,8 @@ impl Report {
                 "steps": format!("{:?}", used.settings.steps).to_lowercase(), "step": used.settings.step_world,
                 "voxels": used.settings.voxels, "skip": used.settings.skip().to_string(), "intervals": format!("{:?}", used.settings.intervals).to_lowercase(),
                 "min_transmittance": used.settings.min_transmittance,
-                "mode": used.settings.mode.to_string(), "iso": view.mode.iso, "iso_opacity": view.mode.iso_opacity, "iso_color": view.mode.iso_color,
-                "clip": view.mode.clip.iter().map(plane).collect::<Vec<_>>(), "cut": view.mode.cut.iter().map(plane).collect::<Vec<_>>(),
-                "cut_opacity": view.mode.cut_opacity, "cut_edges": view.mode.cut_edges,
-                "shade": view.mode.shade.map(|shade| format!("{shade:?}").to_lowercase()),
-                "light": match view.mode.light { LightSource::Camera => json!("camera"), LightSource::From(d) => json!(d.to_array()) },
-                "ambient": view.mode.ambient, "diffuse": view.mode.diffuse, "specular": view.mode.specular, "shininess": view.mode.shininess,
+                "mode": used.settings.mode.to_string(), "iso": used.settings.isosurfaces.iter().map(|surface| surface.value).collect::<Vec<_>>(),
+                "isosurfaces": used.settings.isosurfaces, "planes": used.settings.planes, "shading": used.settings.shading,
                 "session": view.session.as_ref().map(|_| used.settings), // as it was drawn, with the flags beside it counted in
             })
         });
