@@ -74,7 +74,9 @@ fn pass_leaf(ray: Ray, found: Found, span: vec2<f32>, step: f32, light: ptr<func
             let middle = origin + path * ((piece - 0.5) / pieces);
             gradient = trilinear_gradient(corners, middle) * (f32(cells) / f32(found.cell.size));
         }
-        let t = span.x + t_length * (vec2<f32>(piece - 1.0, piece) / pieces);
+        // The last ends where the next leaf begins, to the bit.
+        let ends = span.x + t_length * (vec2<f32>(piece - 1.0, piece) / pieces);
+        let t = vec2<f32>(ends.x, select(ends.y, span.y, piece == pieces));
         pass_piece(ray, Piece(t, vec2<f32>(front, back), piece_length, gradient), light);
         front = back;
     }

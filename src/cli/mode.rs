@@ -1,6 +1,6 @@
 //! Flags that say what a pixel shows.
 
-use super::args::{parse_color, parse_not_negative};
+use super::args::parse_color;
 use crate::view::{Isosurface, Isosurfaces, LightSource, Mode, NotAPlane, Phong, Plane, PlaneUse, Planes, RenderSettings, Shading};
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
@@ -47,16 +47,16 @@ pub struct ModeArgs {
     #[arg(long, value_name = "camera|X,Y,Z", default_value = "camera", allow_hyphen_values = true, value_parser = parse_light)]
     pub light: LightSource,
     /// Phong: light from everywhere
-    #[arg(long, value_name = "K_A", default_value_t = f64::from(Phong::default().ambient), value_parser = parse_not_negative)]
+    #[arg(long, value_name = "K_A", default_value = "0.3", value_parser = parse_share)]
     pub ambient: f64,
     /// Phong: light scattered by what faces it
-    #[arg(long, value_name = "K_D", default_value_t = f64::from(Phong::default().diffuse), value_parser = parse_not_negative)]
+    #[arg(long, value_name = "K_D", default_value = "0.7", value_parser = parse_share)]
     pub diffuse: f64,
     /// Phong: highlight
-    #[arg(long, value_name = "K_S", default_value_t = f64::from(Phong::default().specular), value_parser = parse_not_negative)]
+    #[arg(long, value_name = "K_S", default_value = "0.2", value_parser = parse_share)]
     pub specular: f64,
     /// Phong: how small highlights are, from 1
-    #[arg(long, value_name = "N", default_value_t = f64::from(Phong::default().shininess), value_parser = parse_shininess)]
+    #[arg(long, value_name = "N", default_value = "20", value_parser = parse_shininess)]
     pub shininess: f64,
 }
 
@@ -169,8 +169,12 @@ fn parse_opacity(text: &str) -> Result<f32, String> {
     super::args::parse_number(text, |v| (0.0..=1.0).contains(&v), "a number in [0, 1]").map(|v| v as f32)
 }
 
+fn parse_share(text: &str) -> Result<f64, String> {
+    super::args::parse_number(text, |v| (0.0..=100.0).contains(&v), "a number from 0 to 100")
+}
+
 fn parse_shininess(text: &str) -> Result<f64, String> {
-    super::args::parse_number(text, |v| v >= 1.0, "a number from 1")
+    super::args::parse_number(text, |v| (1.0..=10_000.0).contains(&v), "a number from 1 to 10000")
 }
 
 fn parse_light(text: &str) -> Result<LightSource, String> {
@@ -181,11 +185,7 @@ fn parse_light(text: &str) -> Result<LightSource, String> {
     let numbers: Vec<f64> = text.split(',').filter_map(|t| t.trim().parse().ok()).collect();
     let [x, y, z] = numbers[..] else { return Err(expected()) };
     let direction = DVec3::new(x, y, z);
-    if text.matches(',').count() == 2 && direction.is_finite() && direction != DVec3::ZERO {
-        Ok(LightSource::From(direction))
-    } else {
-        Err(expected())
-    }
+    if text.matches(',').count() == 2 && direction.try_normalize().is_some() { Ok(LightSource::From(direction)) } else { Err(expected()) }
 }
 
 #[cfg(test)]
@@ -209,6 +209,7 @@ mod tests {
     fn flags_say_what_is_shown() {
         let plain = settings("").expect("valid");
         assert_eq!((plain.mode, plain.isosurfaces, plain.shading.volume), (Mode::Composite, Isosurfaces::NONE, false));
+        assert_eq!(plain.shading.phong, Phong::default(), "the defaults in the help are the library's");
         assert_eq!(settings("--mode xray --xray integral").expect("valid").mode, Mode::Integral);
         let two = settings("--mode iso --iso 2,-1 --iso-opacity 0.5,1 --iso-color 1,0,0:0,0,1 --light 0,0,-2").expect("valid");
         let surface = |value, color, opacity| Isosurface { value, color: Some(color), opacity };
@@ -239,6 +240,8 @@ mod tests {
             "--cut-edges",
             "--clip x=0 --clip y=0 --clip z=0 --cut x=1 --cut y=1 --cut z=1 --cut x=2",
             "--light 0,0,0",
+            "--light 1e300,0,0",
+            "--ambient 1e60",
             "--light 1,2",
             "--shininess 0.5",
             "--iso-opacity 1",

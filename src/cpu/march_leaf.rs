@@ -66,7 +66,9 @@ fn pass_leaf(scene: &Scene, ray: &Ray, descent: &mut Descent, word: Word, cell: 
             let middle = from + (to - from) * ((piece - 0.5) / pieces);
             gradient = trilinear_gradient(&corners, middle) * (cells as f32 / cell.size as f32);
         }
-        let t = [piece - 1.0, piece].map(|p| span[0] + t_length * (p / pieces));
+        // The last ends where the next leaf begins, to the bit.
+        let at = |p: f32| if p == pieces { span[1] } else { span[0] + t_length * (p / pieces) };
+        let t = [at(piece - 1.0), at(piece)];
         let passed = Piece { span: t, ends: [front, back], length, gradient };
         gathered.pass(scene, ray, descent, passed);
         front = back;

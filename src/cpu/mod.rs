@@ -215,7 +215,7 @@ pub fn march(
     let rays = CubeRays::new(frame, texture.root_min(), texture.root_edge());
     let table = classifier.table(texture.root_edge());
     // Without skipping everything counts.
-    let style = Style::new(settings, classifier, texture.root_edge());
+    let style = Style::new(settings, classifier, &table, texture.root_edge());
     let seen = if settings.skip() == Skip::None { vec![[0.0, 1.0]] } else { style.seen(settings.mode, &table) };
     let activity = Activity::new(texture, &seen);
     let split = (settings.skip() == Skip::Half).then(|| activity.split(texture));

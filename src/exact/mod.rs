@@ -141,11 +141,16 @@ impl ExactScene {
         Ok(image)
     }
 
-    /// What of the rays of `frame` is no colour, row 0 at the top.
-    pub fn numbers(&self, frame: &RayFrame, settings: &RenderSettings, progress: &Progress) -> Result<Vec<RayNumber>, Cancelled> {
-        let tf = TransferFunction::default();
+    /// What of the rays of `frame` is no colour, row 0 at the top. Rays stop where those of [`ExactScene::render`] do.
+    pub fn numbers(
+        &self,
+        frame: &RayFrame,
+        tf: &TransferFunction,
+        settings: &RenderSettings,
+        progress: &Progress,
+    ) -> Result<Vec<RayNumber>, Cancelled> {
         let mut numbers = vec![RayNumber { value: f64::NAN, depth: f64::NAN }; frame.width as usize * frame.height as usize];
-        self.follow(frame, &Look::new(self, &tf, settings, frame), &mut numbers, |ray| ray.number(), progress)?;
+        self.follow(frame, &Look::new(self, tf, settings, frame), &mut numbers, |ray| ray.number(), progress)?;
         Ok(numbers)
     }
 

@@ -278,7 +278,10 @@ impl<'a> Gathered<'a> {
         if value.is_nan() {
             return [0.0; 4];
         }
-        let Sample { color: [r, g, b], .. } = self.look.transfer.sample(self.look.transfer.normalize(value).clamp(0.0, 1.0));
+        let x = self.look.transfer.normalize(value);
+        // Values have the colours beyond the range too; of an integral these are the ends'.
+        let x = if self.look.mode == Mode::Integral { x.clamp(0.0, 1.0) } else { x };
+        let Sample { color: [r, g, b], .. } = self.look.transfer.sample(x);
         [r, g, b, 1.0].map(|v| v as f32)
     }
 }

@@ -298,6 +298,7 @@ impl Marcher {
         settings: &RenderSettings,
     ) -> Result<f64, GpuError> {
         drop(volume.activity.forget());
+        let settings = &settings.for_octree(volume.continuous);
         let start = Instant::now();
         if settings.skip() != Skip::None {
             let seen = Style::seen_with(settings, classifier, volume.root_edge);

@@ -221,7 +221,7 @@ impl Marcher {
         let (cube_min, cube_edge, depth) = volume.cube();
         let table = classifier.table(cube_edge);
         let settings = &volume.settings(&RenderSettings { planes: frame.planes, ..*settings });
-        let style = Style::new(settings, classifier, cube_edge);
+        let style = Style::new(settings, classifier, &table, cube_edge);
         let variant = volume.variant(settings);
         let (mut given, mut words) = (Given::default(), None);
         if let (Marched::Octree(volume), true) = (volume, settings.skip() != Skip::None || settings.is_through_voxels()) {
@@ -337,7 +337,7 @@ impl Marcher {
         made().entry(variant).or_insert(pipeline).clone()
     }
 
-    /// Whether a march with these settings can begin at once: its shaders are compiled.
+    /// Whether the shaders of a march with these settings are compiled; those of ways to skip that find intervals first are small.
     pub fn is_ready<'a>(&self, volume: impl Into<Marched<'a>>, settings: &RenderSettings) -> bool {
         let variant = volume.into().variant(settings);
         self.pipelines.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&variant)

@@ -4,7 +4,7 @@ use super::context::{Context, GpuError};
 use super::march::{GpuSeconds, Marched, Marcher};
 use super::target::Target;
 use super::volume::OctreeVolume;
-use crate::optics::Classifier;
+use crate::optics::{Classifier, Style};
 use crate::view::{RayFrame, RenderSettings};
 use std::cell::Cell;
 use std::time::Instant;
@@ -169,9 +169,10 @@ impl Marcher {
         context: &Context,
         volume: &OctreeVolume,
         classifier: &Classifier,
+        settings: &RenderSettings,
         repeats: u32,
     ) -> Result<Vec<f64>, GpuError> {
-        let seen = classifier.table(volume.root_edge).seen();
+        let seen = Style::seen_with(settings, classifier, volume.root_edge);
         // What follows makes the masks those of these values; the next march finds out by itself.
         let _shown = volume.activity.forget();
         let timestamps = Timestamps::new(context)?;

@@ -55,9 +55,8 @@ pub struct Style {
 }
 
 impl Style {
-    /// What `settings` ask for, in a root cube of edge `edge_world`.
-    pub fn new(settings: &RenderSettings, classifier: &Classifier, edge_world: f64) -> Self {
-        let table = classifier.table(edge_world);
+    /// What `settings` ask for, in a root cube of edge `edge_world`; `table` is the classifier's for it.
+    pub fn new(settings: &RenderSettings, classifier: &Classifier, table: &KnotTable, edge_world: f64) -> Self {
         let mut style = Style::default();
         for (place, surface) in style.surfaces.iter_mut().zip(settings.surfaces().iter()) {
             let value = classifier.normalized(surface.value) as f32;
@@ -87,7 +86,8 @@ impl Style {
 
     /// The values of which `settings` show something: [`Style::seen`] of the style that they ask for.
     pub fn seen_with(settings: &RenderSettings, classifier: &Classifier, edge_world: f64) -> Vec<[f32; 2]> {
-        Style::new(settings, classifier, edge_world).seen(settings.mode, &classifier.table(edge_world))
+        let table = classifier.table(edge_world);
+        Style::new(settings, classifier, &table, edge_world).seen(settings.mode, &table)
     }
 
     /// The surfaces that count.
@@ -108,8 +108,8 @@ impl Style {
             Mode::Iso => Vec::new(),
             Mode::Maximum | Mode::Minimum | Mode::Mean | Mode::Integral => return vec![[0.0, 1.0]],
         };
-        let at_surfaces = self.surfaces().iter().filter(|surface| surface.opacity > 0.0);
-        seen.extend(at_surfaces.map(|surface| [(surface.value - NEAR).max(0.0), (surface.value + NEAR).min(1.0)]));
+        // Also where they are transparent: rays say how far away they are.
+        seen.extend(self.surfaces().iter().map(|surface| [(surface.value - NEAR).max(0.0), (surface.value + NEAR).min(1.0)]));
         seen.retain(|[low, high]| low <= high);
         seen.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let mut apart: Vec<[f32; 2]> = Vec::new();
@@ -137,10 +137,14 @@ mod tests {
     fn surfaces_are_normalised_and_have_the_colour_of_their_value() {
         let tf = TransferFunction { color: vec![[0.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.5, 0.0]], ..TransferFunction::standard() };
         let classifier = Classifier::new(&tf, [10.0, 20.0], 2.0);
-        let style = Style::new(&settings(Mode::Iso, &[15.0, 12.0, 99.0]), &classifier, 4.0);
+        let style = Style::new(&settings(Mode::Iso, &[15.0, 12.0, 99.0]), &classifier, &classifier.table(4.0), 4.0);
         let found: Vec<_> = style.surfaces().iter().map(|surface| (surface.value, surface.color)).collect();
         assert_eq!(found, [(0.2, [0.2, 0.1, 0.0]), (0.5, [0.5, 0.25, 0.0]), (8.9, [1.0, 0.5, 0.0])]);
-        assert_eq!(Style::new(&settings(Mode::Mean, &[15.0]), &classifier, 4.0).surface_count, 0, "numbers have no surfaces");
+        assert_eq!(
+            Style::new(&settings(Mode::Mean, &[15.0]), &classifier, &classifier.table(4.0), 4.0).surface_count,
+            0,
+            "numbers have no surfaces"
+        );
     }
 
     #[test]
@@ -148,7 +152,7 @@ mod tests {
         let tf = TransferFunction { opacity: vec![[0.0, 0.0], [0.5, 0.0], [0.75, 1.0], [1.0, 0.0]], ..TransferFunction::standard() };
         let classifier = Classifier::new(&tf, [0.0, 1.0], 2.0);
         let table = classifier.table(1.0);
-        let seen = |mode, values: &[f64]| Style::new(&settings(mode, values), &classifier, 1.0).seen(mode, &table);
+        let seen = |mode, values: &[f64]| Style::new(&settings(mode, values), &classifier, &table, 1.0).seen(mode, &table);
         let volume = [0.5f32.next_up(), 1f32.next_down()];
         assert_eq!(seen(Mode::Composite, &[]), [volume]);
         assert_eq!(seen(Mode::Iso, &[0.25]), [[0.25 - NEAR, 0.25 + NEAR]]);
@@ -161,11 +165,11 @@ mod tests {
     fn integrals_have_the_colours_of_their_range() {
         let classifier = Classifier::for_mode(&TransferFunction::standard(), Mode::Integral, [2.0, 6.0], 10.0);
         assert_eq!(classifier.integral_range(), [0.0, 30.0]);
-        let style = Style::new(&settings(Mode::Integral, &[]), &classifier, 4.0);
+        let style = Style::new(&settings(Mode::Integral, &[]), &classifier, &classifier.table(4.0), 4.0);
         // A mean of 3 (normalised 1/4) over 2.5 world units.
         assert!((style.colored(0.25, 2.5 / 4.0) - 7.5 / 30.0).abs() < 1e-6);
         assert_eq!(style.colored(1.0, 100.0), 1.0, "clamped");
-        let mean = Style::new(&settings(Mode::Mean, &[]), &classifier, 4.0);
+        let mean = Style::new(&settings(Mode::Mean, &[]), &classifier, &classifier.table(4.0), 4.0);
         assert_eq!(mean.colored(0.25, 0.7), 0.25);
     }
 }

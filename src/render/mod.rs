@@ -9,7 +9,7 @@ use crate::geometry::Placed;
 use crate::gpu::{self, ExactMesh, FrameTimes, GpuError, GpuSeconds, InFlight, Marched, OctreeVolume, Target};
 use crate::image::Image;
 use crate::mesh::{BoundarySurface, CompactMesh, ScalarField, TetMesh};
-use crate::octree::{Activity, OctreeTexture};
+use crate::octree::{Activity, OctreeTexture, Reconstruction};
 use crate::optics::{Classifier, Style};
 use crate::progress::{Cancelled, Progress};
 use crate::view::{Mode, Output, RayFrame, RenderSettings, RendererKind, Skip, Steps, View};
@@ -190,7 +190,7 @@ impl Renderer {
         let [width, height] = [view.settings.width, view.settings.height];
         let mode = view.settings.mode;
         if let Data::Exact(exact) = &scene.data {
-            let numbers = exact.numbers(&scene.frame(view), &view.settings, progress)?;
+            let numbers = exact.numbers(&scene.frame(view), &view.transfer_function, &view.settings, progress)?;
             let values = numbers.iter().map(|number| number.value as f32).collect();
             let depths = numbers.iter().map(|number| number.depth as f32).collect();
             return Ok(RayNumbers { width, height, values, depths });
@@ -270,7 +270,7 @@ impl Renderer {
         let Data::Octree { texture, volume, .. } = &scene.data else { return Ok(None) };
         let classifier = scene.classifier(view, texture.value_range());
         if let (Some(gpu), Some(volume)) = (&self.gpu, volume) {
-            return Ok(Some(gpu.marcher.time_activity(&gpu.context, volume, &classifier, repeats)?));
+            return Ok(Some(gpu.marcher.time_activity(&gpu.context, volume, &classifier, &view.settings, repeats)?));
         }
         let seen = Style::seen_with(&view.settings, &classifier, texture.root_edge());
         let once = |_| {
@@ -290,9 +290,10 @@ impl Renderer {
             return Ok(Some(gpu.marcher.time_preparation(&gpu.context, volume, &classifier, &view.settings)?));
         }
         let start = Instant::now();
-        if view.settings.skip() != Skip::None {
+        let settings = view.settings.for_octree(texture.reconstruction() == Reconstruction::Continuous);
+        if settings.skip() != Skip::None {
             let activity = Activity::new(texture, &Style::seen_with(&view.settings, &classifier, texture.root_edge()));
-            if view.settings.skip() == Skip::Half {
+            if settings.skip() == Skip::Half {
                 std::hint::black_box(activity.split(texture));
             }
         }

@@ -182,7 +182,7 @@ pub enum LightSource {
     /// From the eye, along each ray.
     #[default]
     Camera,
-    /// From this direction in the world, of any length above 0.
+    /// From this direction in the world, of any length that can be told from 0 and infinity when squared.
     From(DVec3),
 }
 
@@ -202,8 +202,7 @@ impl TryFrom<LightFile> for LightSource {
             LightFile::Camera => Ok(LightSource::Camera),
             LightFile::From(from) => {
                 let from = DVec3::from_array(from);
-                let valid = from.is_finite() && from != DVec3::ZERO;
-                if valid { Ok(LightSource::From(from)) } else { Err("expected a direction that is not 0") }
+                if from.try_normalize().is_some() { Ok(LightSource::From(from)) } else { Err("expected a direction that is not 0") }
             }
         }
     }

@@ -25,7 +25,7 @@ pub enum PlaneUse {
 pub struct Plane {
     /// A point on it.
     pub point: DVec3,
-    /// Its normal, of any length above 0.
+    /// Its normal, of any length that can be told from 0 and infinity when squared.
     pub normal: DVec3,
     /// What it does.
     pub used: PlaneUse,
@@ -110,7 +110,7 @@ impl Plane {
             let (point, normal) = text.split_once(':').ok_or(NotAPlane)?;
             vector(point).zip(vector(normal)).ok_or(NotAPlane)?
         };
-        if normal == DVec3::ZERO { Err(NotAPlane) } else { Ok(Plane { point, normal, used }) }
+        if normal.try_normalize().is_none() { Err(NotAPlane) } else { Ok(Plane { point, normal, used }) }
     }
 }
 
@@ -127,7 +127,7 @@ impl Planes {
             return Err(PlaneError::TooMany(planes.len()));
         }
         for plane in planes {
-            if !(plane.point.is_finite() && plane.normal.is_finite() && plane.normal != DVec3::ZERO) {
+            if !(plane.point.is_finite() && plane.normal.try_normalize().is_some()) {
                 return Err(PlaneError::NotAPlane(*plane));
             }
             if let PlaneUse::Cut { opacity, .. } = plane.used
@@ -178,7 +178,7 @@ mod tests {
         assert_eq!(clip("x=0.5"), Ok((DVec3::new(0.5, 0.0, 0.0), DVec3::X)));
         assert_eq!(clip("-z=-2"), Ok((DVec3::new(0.0, 0.0, -2.0), DVec3::NEG_Z)));
         assert_eq!(clip("1,2,3:0,0.5,-1"), Ok((DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 0.5, -1.0))));
-        for text in ["", "x", "w=1", "x=a", "1,2,3", "1,2,3:0,0,0", "1,2:0,0,1", "1,2,3:0,0,inf"] {
+        for text in ["", "x", "w=1", "x=a", "1,2,3", "1,2,3:0,0,0", "1,2:0,0,1", "1,2,3:0,0,inf", "0,0,0:1e300,1,0", "0,0,0:0,1e-200,0"] {
             assert_eq!(clip(text), Err(NotAPlane), "{text}");
         }
     }

@@ -98,8 +98,8 @@ impl RenderSettings {
     pub fn validate(&self) -> Result<(), SettingsError> {
         let sides = 1.0..=f64::from(Self::LONGEST_SIDE);
         let phong = self.shading.phong;
-        let (from_0, step) = ("a number from 0", self.step_world.unwrap_or(1.0));
-        let is_from_0 = |v: f32| v.is_finite() && v >= 0.0;
+        let (from_0, step) = ("a number from 0 to 100", self.step_world.unwrap_or(1.0));
+        let is_from_0 = |v: f32| (0.0..=100.0).contains(&v);
         let [width, height] = [self.width, self.height].map(f64::from);
         let checks = [
             ("width", width, "1 to 32768 pixels", sides.contains(&width)),
@@ -112,8 +112,8 @@ impl RenderSettings {
             (
                 "shading.phong.shininess",
                 f64::from(phong.shininess),
-                "a number from 1",
-                phong.shininess.is_finite() && phong.shininess >= 1.0,
+                "a number from 1 to 10000",
+                (1.0..=10_000.0).contains(&phong.shininess),
             ),
         ];
         let wrong = checks.into_iter().find(|&(.., valid)| !valid);

@@ -85,7 +85,8 @@ impl ColorMap {
         let mut tolerance = TOLERANCE;
         loop {
             let kept = thinned(&dense, tolerance);
-            if kept.len() <= MOST_KNOTS {
+            // Beyond a tolerance of 1 nothing is left but steps, which all stay.
+            if kept.len() <= MOST_KNOTS || tolerance > 1.0 {
                 return kept;
             }
             tolerance *= 2.0;
