@@ -561,3 +561,25 @@ fn a_volume_takes_the_meshes_place_and_has_no_exact_picture() {
     let coarse = measured(&mut window);
     assert!(coarse.by_volume.rmse_rel > 2.0 * error.by_volume.rmse_rel, "{coarse:?}, before {error:?}");
 }
+
+#[test]
+fn surfaces_and_planes_are_added_in_the_panel() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut window = open(folder.path());
+    let mut before = picture(&mut window);
+    for button in ["Add clip", "Add isosurface", "Add cut"] {
+        window.get_by_label(button).click_accesskit();
+        settle(&mut window);
+        let after = picture(&mut window);
+        let change = rms(&before, &after);
+        assert!(change > SAME, "{button} shows: {change} levels");
+        before = after;
+    }
+    assert_eq!(window.get_all_by_label("x").count(), 3, "each can be removed");
+    for _ in 0..3 {
+        window.get_all_by_label("x").next().expect("one more").click_accesskit();
+        window.run_steps(2);
+    }
+    settle(&mut window);
+    assert!(rms(&before, &picture(&mut window)) > SAME, "and is gone then");
+}

@@ -271,6 +271,9 @@ fn wrong_usage_has_its_own_status() {
         &["render", "a.vtu", "b.vtu"],
         &["tune", "--chart", "a.jpg"],
         &["tune", "--budget", "much"],
+        &["render", "--clip", "0,0,0:1e300,0,0"],
+        &["render", "--turntable", "3", "--frames", "3", "-o", "a_{i}.png"],
+        &["bench", "--mode-table", "--shade", "none"],
     ] {
         assert_eq!(octetra(folder.path(), args).status.code(), Some(2), "{args:?}");
     }

@@ -11,7 +11,9 @@ use octetra::mesh::{Association, FieldSelection, MeshParts, ScalarField, TetMesh
 use octetra::octree::{OctreeParams, OctreeTexture, Preset, Reconstruction, regularize, regularize_grid};
 use octetra::progress::Progress;
 use octetra::render::{DeviceChoice, RayNumbers, Renderer, Scene};
-use octetra::view::{Camera, Isosurface, Isosurfaces, LightSource, Mode, Phong, Projection, RenderSettings, Shading, Skip, Steps};
+use octetra::view::{
+    Camera, Intervals, Isosurface, Isosurfaces, LightSource, Mode, Phong, Projection, RenderSettings, Shading, Skip, Steps,
+};
 use octetra::view::{Plane, PlaneUse, Planes, TransferFunction, View};
 use octetra::volume::{Grid, GridFrame, Samples};
 use std::path::PathBuf;
@@ -247,6 +249,42 @@ fn surfaces_and_volume_cover_each_other_in_depth_order() {
 }
 
 #[test]
+fn how_far_surfaces_are_goes_by_the_views_own_opacity() {
+    let renderer = Renderer::new(DeviceChoice::Cpu).expect("the CPU");
+    let cube = cube(3);
+    let field = point_field(&cube, |p| p.y);
+    let exact = renderer.exact_scene(&cube, &field, &Progress::new()).expect("fits");
+    let octree = octree(&renderer, &cube, &field, &OctreeParams { max_depth: 4, ..OctreeParams::default() });
+    for (opacity, is_seen) in [(0.0, true), (1.0, false)] {
+        for surface_opacity in [1.0, 0.0] {
+            let settings = RenderSettings { isosurfaces: surfaces(&[0.75], surface_opacity), ..RenderSettings::new(4, 4) };
+            let view = front(settings);
+            let tf = TransferFunction { opacity: vec![[0.0, opacity]], unit_distance: Some(0.01), ..view.transfer_function.clone() };
+            let view = View { transfer_function: tf, ..view };
+            for scene in [&exact, &octree] {
+                let depth = numbers(&renderer, scene, &view).depths[5];
+                assert_eq!((depth - 5.75).abs() < 1e-3, is_seen, "{depth} at opacity {opacity}");
+            }
+        }
+    }
+}
+
+#[test]
+fn values_beyond_the_range_have_the_colours_for_them() {
+    let renderer = Renderer::new(DeviceChoice::Cpu).expect("the CPU");
+    let cube = cube(3);
+    let field = point_field(&cube, |p| p.y);
+    let exact = renderer.exact_scene(&cube, &field, &Progress::new()).expect("fits");
+    let octree = octree(&renderer, &cube, &field, &OctreeParams { max_depth: 4, ..OctreeParams::default() });
+    let view = front(RenderSettings { mode: Mode::Maximum, ..RenderSettings::new(4, 4) });
+    let tf = TransferFunction { range: Some([-0.5, 0.5]), above: Some([1.0, 0.0, 0.0]), ..view.transfer_function.clone() };
+    for scene in [&exact, &octree] {
+        let view = View { transfer_function: tf.clone(), ..view.clone() };
+        assert_eq!(renderer.render(scene, &view, &Progress::new()).expect("draws").image.pixels[5], [1.0, 0.0, 0.0, 1.0]);
+    }
+}
+
+#[test]
 fn a_shaded_volume_is_as_bright_as_its_gradient_faces() {
     // All of the volume faces one way, and a constant one faces nothing.
     let renderer = Renderer::new(DeviceChoice::Cpu).expect("the CPU");
@@ -339,6 +377,36 @@ fn clipped_rays_see_what_is_left_and_planes_the_values_on_them() {
 }
 
 #[test]
+fn clipped_rays_look_the_same_however_empty_space_is_skipped() {
+    let renderer = Renderer::new(DeviceChoice::Cpu).expect("the CPU");
+    let cube = cube(5);
+    let field = point_field(&cube, |p| (3.0 * p.x).sin() + p.y * p.z);
+    let scene = octree(&renderer, &cube, &field, &OctreeParams { max_depth: 5, ..OctreeParams::default() });
+    let clip = |point, normal| Plane { point, normal, used: PlaneUse::Clip };
+    let planes = [clip(DVec3::new(0.0, -0.4, 0.1), DVec3::new(-0.3, 2.0, 0.1)), clip(DVec3::X * 0.3, DVec3::new(-1.0, -0.5, 0.2))];
+    let planes = Planes::new(&planes).expect("valid");
+    // Of the values only a band is seen.
+    let opacity = vec![[0.0, 0.0], [0.4, 0.0], [0.5, 0.9], [0.6, 0.0], [1.0, 0.0]];
+    for steps in [Steps::Leaf, Steps::Fixed] {
+        let draw = |skip, planes| {
+            let view = front(RenderSettings { steps, skip, planes, ..RenderSettings::new(40, 40) });
+            let transfer_function =
+                TransferFunction { opacity: opacity.clone(), unit_distance: Some(0.2), ..view.transfer_function.clone() };
+            let picture = renderer.render(&scene, &View { transfer_function, ..view }, &Progress::new()).expect("draws");
+            (picture.image, picture.samples.expect("an octree"))
+        };
+        let ((all, samples), (whole, _)) = (draw(Skip::None, planes), draw(Skip::None, Planes::NONE));
+        let seen = all.pixels.iter().filter(|p| p[3] > 0.05).count();
+        assert!((200..1400).contains(&seen) && all != whole, "{seen} pixels show anything");
+        for skip in [Skip::Octree, Skip::Half, Skip::Parts(1), Skip::Parts(3)] {
+            let (image, taken) = draw(skip, planes);
+            let off = all.pixels.as_flattened().iter().zip(image.pixels.as_flattened()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(off < 1e-5 && taken < samples, "{steps:?} {skip}: off by {off}, {taken} of {samples} samples");
+        }
+    }
+}
+
+#[test]
 fn edges_are_drawn_where_a_plane_cuts_faces() {
     // Grid lines at multiples of 1/2 and diagonals: a plane just above a layer of points is cut into the squares' triangles.
     let renderer = Renderer::new(DeviceChoice::Cpu).expect("the CPU");
@@ -393,6 +461,10 @@ fn looks() -> Vec<(&'static str, RenderSettings)> {
         ("minip", RenderSettings { mode: Mode::Minimum, ..plain }),
         ("integral", RenderSettings { mode: Mode::Integral, ..plain }),
         ("iso", RenderSettings { mode: Mode::Iso, isosurfaces, shading, ..plain }),
+        (
+            "clipped, intervals",
+            RenderSettings { planes: Planes::new(&[clip]).expect("valid"), skip: Skip::Parts(3), intervals: Intervals::Raster, ..plain },
+        ),
         ("shaded, with surfaces and planes", RenderSettings { isosurfaces, shading, planes, ..plain }),
     ]
 }
@@ -415,14 +487,14 @@ fn the_gpu_draws_every_mode_as_the_cpu_does() {
     let params = OctreeParams { max_depth: 5, ..OctreeParams::default() };
     let leaf = OctreeParams { reconstruction: Reconstruction::Leaf, ..params.clone() };
     let exact = |renderer: &Renderer, field| renderer.exact_scene(&lumpy, field, &Progress::new()).expect("fits");
-    let all = ["mip", "minip", "integral", "iso", "shaded, with surfaces and planes"];
+    let all = ["clipped, intervals", "mip", "minip", "integral", "iso", "shaded, with surfaces and planes"];
     // Compiling shaders takes long on a software adapter: where only the march is another, one look that uses all of it.
     let pairs = [
         ("octree", [&gpu, &cpu].map(|renderer| octree(renderer, &lumpy, &on_points, &params)), Steps::Leaf, &all[..]),
-        ("octree, fixed steps", [&gpu, &cpu].map(|renderer| octree(renderer, &lumpy, &on_points, &params)), Steps::Fixed, &all[4..]),
-        ("octree of one value a leaf", [&gpu, &cpu].map(|renderer| octree(renderer, &lumpy, &on_points, &leaf)), Steps::Leaf, &all[4..]),
-        ("exact", [&gpu, &cpu].map(|renderer| exact(renderer, &on_points)), Steps::Leaf, &all[2..]),
-        ("exact, on cells", [&gpu, &cpu].map(|renderer| exact(renderer, &on_cells)), Steps::Leaf, &all[3..4]),
+        ("octree, fixed steps", [&gpu, &cpu].map(|renderer| octree(renderer, &lumpy, &on_points, &params)), Steps::Fixed, &all[5..]),
+        ("octree of one value a leaf", [&gpu, &cpu].map(|renderer| octree(renderer, &lumpy, &on_points, &leaf)), Steps::Leaf, &all[5..]),
+        ("exact", [&gpu, &cpu].map(|renderer| exact(renderer, &on_points)), Steps::Leaf, &all[3..]),
+        ("exact, on cells", [&gpu, &cpu].map(|renderer| exact(renderer, &on_cells)), Steps::Leaf, &all[4..5]),
     ];
     for (of, [on_gpu, on_cpu], steps, names) in &pairs {
         for (name, settings) in looks().into_iter().filter(|(name, _)| names.contains(name)) {

@@ -84,7 +84,7 @@ fn turntables_and_ways_are_pictures_from_their_cameras() {
     let plain = ["render", "ball.vtu", "--max-depth", "4", "--size", "40x30", "--device", "cpu"];
     let run = |flags: &[&str]| done(folder, &[&plain[..], flags].concat());
     // The orbit's views are 30 degrees apart about the same axis.
-    run(&["--turntable", "12", "-o", "turn_{n}.png", "--stats", "turn.json"]);
+    run(&["--turntable", "12", "-o", "turn_{i}.png", "--stats", "turn.json"]);
     let turned = |n: usize| image::load_from_memory(&bytes(folder.join(format!("turn_{n:02}.png")))).expect("a PNG").into_rgb8();
     for view in [0, 5] {
         run(&["--orbit", &view.to_string(), "-o", "one.png"]);
@@ -100,14 +100,14 @@ fn turntables_and_ways_are_pictures_from_their_cameras() {
     let bounds = octetra::geometry::Aabb { min: [-1.0, -1.0, -1.0].into(), max: [1.0, 1.0, 1.0].into() };
     let keys = [0, 2].map(|view| Camera::orbit(bounds, view, 1.0));
     std::fs::write(folder.join("way.json"), serde_json::to_string(&keys).expect("JSON")).expect("written");
-    run(&["--camera-path", "way.json", "--frames", "3", "-o", "way_{n}.png"]);
+    run(&["--camera-path", "way.json", "--frames", "3", "-o", "way_{i}.png"]);
     for (n, key) in [(0, keys[0]), (2, keys[1])] {
         std::fs::write(folder.join("key.json"), serde_json::to_string(&key).expect("JSON")).expect("written");
         run(&["--camera", "key.json", "-o", "key.png"]);
         assert!(bytes(folder.join("key.png")) == bytes(folder.join(format!("way_{n}.png"))), "key {n}");
     }
 
-    refused(folder, &["render", "--turntable", "3", "-o", "turn.png"], "turn.png: expected {n} in the file's name");
+    refused(folder, &["render", "--turntable", "3", "-o", "turn.png"], "turn.png: expected {i} in the file's name");
     refused(folder, &["render", "--turntable", "0"], "--turntable");
     refused(folder, &["render", "--turntable", "3", "--raw", "raw.npy"], "--raw, --value and --depth are of one picture");
     refused(folder, &["render", "--camera-path", "way.json"], "--frames");

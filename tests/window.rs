@@ -166,6 +166,7 @@ fn every_key_does_what_the_table_says() {
                     assert!(window.state().is_probing(), "{what}");
                     press(&mut window, chord);
                     assert!(!window.state().is_probing(), "{what}");
+                    settle(&mut window); // what it began ends
                 }
                 Action::Wipe => {
                     assert!(window.state().is_comparing(), "{what}");

@@ -8,6 +8,7 @@ use super::viewer::Viewer;
 use crate::geometry::Placed;
 use crate::view::{Camera, Projection, RendererKind};
 use glam::DVec3;
+use std::time::Duration;
 
 /// Seconds without a change after which what was changed is a step to undo.
 const REST_S: f64 = 0.3;
@@ -36,13 +37,15 @@ impl<T: Clone + PartialEq> Watched<T> {
         Watched { history: History::new(value.clone()), seen: value, changed_s: f64::NEG_INFINITY }
     }
 
-    fn watch(&mut self, value: &T, now_s: f64, is_held: bool) {
+    /// Looks at a value; whether it has changed lately, so that it is to be looked at again.
+    fn watch(&mut self, value: &T, now_s: f64, is_held: bool) -> bool {
         if self.seen != *value {
             (self.seen, self.changed_s) = (value.clone(), now_s);
         }
         if !is_held && now_s - self.changed_s >= REST_S {
             self.history.note(value);
         }
+        now_s - self.changed_s < REST_S
     }
 }
 
@@ -60,8 +63,11 @@ impl Histories {
         if let Projection::Perspective { fov_y_degrees } = settings.camera.projection {
             self.fov_y_degrees = fov_y_degrees;
         }
-        self.settings.watch(&without_camera(settings), now_s, is_held);
-        self.camera.watch(&settings.camera, now_s, is_held);
+        let is_fresh = self.settings.watch(&without_camera(settings), now_s, is_held);
+        if self.camera.watch(&settings.camera, now_s, is_held) || is_fresh {
+            // It is noted when it rests, and nothing else may ask for a frame then.
+            ctx.request_repaint_after(Duration::from_secs_f64(REST_S));
+        }
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::color_choice::color_button;
 use super::viewer::Viewer;
-use super::widgets::{choice, combo, row, rows};
+use super::widgets::{choice, combo, row, rows, significant};
 use crate::view::{Isosurface, Isosurfaces, LightSource, Mode, Shading};
-use egui::{DragValue, Slider, Ui};
+use egui::{DragValue, Slider, SliderClamping, Ui};
 
 /// Modes by what they are called in the list.
 const MODES: [(Mode, &str, &str); 6] = [
@@ -19,10 +19,10 @@ const MODES: [(Mode, &str, &str); 6] = [
 impl Viewer {
     /// The section of the panel.
     pub(super) fn mode(&mut self, ui: &mut Ui) {
-        let range = self.octree.model.as_ref().map(|model| model.value_range);
+        let field = &self.settings.field;
+        let range = self.octree.model.as_ref().filter(|model| model.field == *field).map(|model| model.value_range);
         let towards_eye = self.settings.camera.eye - self.settings.camera.target;
         let render = &mut self.settings.render;
-        let before = render.mode;
         rows(ui, "mode", |ui| {
             let chosen = MODES.iter().find(|(mode, ..)| *mode == render.mode).map_or("", |(_, name, _)| *name);
             combo(ui, "Mode", "What a pixel shows", chosen, |ui| {
@@ -31,7 +31,8 @@ impl Viewer {
                 }
             });
         });
-        if render.mode == Mode::Iso && before != Mode::Iso && render.isosurfaces.is_empty() {
+        // Without a surface there would be nothing to see.
+        if let (Mode::Iso, Some(range), false) = (render.mode, range, render.with_surfaces()) {
             render.isosurfaces = first_surface(range);
         }
         if render.mode.is_number() {
@@ -43,8 +44,7 @@ impl Viewer {
 }
 
 /// One in the middle of the range.
-fn first_surface(range: Option<[f64; 2]>) -> Isosurfaces {
-    let [lo, hi] = range.unwrap_or([0.0, 1.0]);
+fn first_surface([lo, hi]: [f64; 2]) -> Isosurfaces {
     Isosurfaces::new(&[Isosurface::at(0.5 * (lo + hi))]).unwrap_or_default()
 }
 
@@ -57,7 +57,8 @@ fn isosurfaces(ui: &mut Ui, surfaces: &mut Isosurfaces, range: Option<[f64; 2]>)
         ui.push_id(("isosurface", i), |ui| {
             ui.horizontal(|ui| {
                 ui.spacing_mut().slider_width = 72.0;
-                let value = Slider::new(&mut surface.value, lo..=hi).clamping(egui::SliderClamping::Never).max_decimals(5);
+                let value =
+                    Slider::new(&mut surface.value, lo..=hi).clamping(SliderClamping::Never).custom_formatter(|v, _| significant(v));
                 changed |= ui.add(value).on_hover_text("The value of the surface, data units").changed();
                 let opacity = DragValue::new(&mut surface.opacity).range(0.0..=1.0).speed(0.01).max_decimals(2);
                 changed |= ui.add(opacity).on_hover_text("Its opacity, 0 to 1").changed();
@@ -134,11 +135,12 @@ fn shading(ui: &mut Ui, shading: &mut Shading, mode: Mode, towards_eye: glam::DV
             (false, _) => phong.light = LightSource::Camera,
             (true, LightSource::From(_)) => {}
         }
-        let share = |value| Slider::new(value, 0.0..=1.0).max_decimals(2);
+        let share = |value| Slider::new(value, 0.0..=1.0).clamping(SliderClamping::Edits).custom_formatter(|v, _| format!("{v:.2}"));
         row(ui, "Ambient", "Light from everywhere", share(&mut phong.ambient));
         row(ui, "Diffuse", "Light scattered by what faces it", share(&mut phong.diffuse));
         row(ui, "Specular", "The highlight", share(&mut phong.specular));
-        let shininess = Slider::new(&mut phong.shininess, 1.0..=200.0).logarithmic(true).max_decimals(0);
+        let shininess = Slider::new(&mut phong.shininess, 1.0..=200.0).logarithmic(true).clamping(SliderClamping::Edits);
+        let shininess = shininess.custom_formatter(|v, _| format!("{v:.0}"));
         row(ui, "Shininess", "The larger, the smaller the highlight", shininess);
     });
 }

@@ -8,7 +8,7 @@ use super::viewer::Viewer;
 use super::widgets::{choice, combo, folded, mebibytes, number, numbers, rows, section, significant, thousands};
 use super::wipe::WipeMode;
 use crate::mesh::{Component, DataArray, TetMesh};
-use crate::view::{RendererKind, Skip, Steps};
+use crate::view::{Isosurfaces, RendererKind, Skip, Steps};
 use crate::volume::Grid;
 use egui::{RichText, Ui};
 
@@ -75,6 +75,7 @@ impl Viewer {
             Data::Volume(grid) => return numbers(ui, "field", |ui| number(ui, "Array", grid.name().to_owned())),
         };
         let arrays = || mesh.point_data().iter().map(|a| (a, "points")).chain(mesh.cell_data().iter().map(|a| (a, "cells")));
+        let before = self.settings.field.clone();
         let field = &mut self.settings.field;
         rows(ui, "field", |ui| {
             let current = field.name.clone().unwrap_or_default();
@@ -97,6 +98,10 @@ impl Viewer {
                 });
             }
         });
+        if self.settings.field != before {
+            self.settings.transfer.forget_data();
+            self.settings.render.isosurfaces = Isosurfaces::NONE;
+        }
     }
 
     fn picture_settings(&mut self, ui: &mut Ui) {

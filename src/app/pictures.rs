@@ -3,7 +3,7 @@
 use super::jobs::Job;
 use super::keys::{Action, tip};
 use super::model;
-use super::viewer::Viewer;
+use super::viewer::{BUSY, Viewer};
 use super::widgets::{choice, rows};
 use crate::furniture::{Furniture, Part, Parts, paint};
 use crate::geometry::{Aabb, Placed};
@@ -131,6 +131,9 @@ impl Viewer {
     /// Writes the picture as `octetra render` would draw it.
     pub(super) fn save_picture(&mut self, ctx: &egui::Context) {
         let Some(scene) = self.picture_scene() else { return self.say("there is no picture yet") };
+        if self.saving.is_some() {
+            return self.say(BUSY);
+        }
         let (view, finish) = (self.picture_view(), self.finish());
         let (renderer, folder, name) = (self.renderer().clone(), self.folder().to_owned(), self.document.name.clone());
         self.saving = Some(Job::start(ctx, move |progress, results| {
@@ -250,7 +253,7 @@ impl Viewer {
     }
 }
 
-/// The first `NAME_turn1_{n}.png`, `NAME_turn2_{n}.png`, ... of which a folder has no picture yet.
+/// The first `NAME_turn1_{i}.png`, `NAME_turn2_{i}.png`, ... of which a folder has no picture yet.
 fn free_template(folder: &Path, name: &str) -> Result<Template> {
     let entries = std::fs::read_dir(folder).with_context(|| folder.display().to_string())?;
     let taken: Vec<String> = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
@@ -258,7 +261,7 @@ fn free_template(folder: &Path, name: &str) -> Result<Template> {
     let name = name.replace(['{', '}'], "_");
     let prefix = |turn: u32| format!("{name}_turn{turn}_");
     let turn = (1..).find(|&turn| !taken.iter().any(|entry| entry.starts_with(&prefix(turn)))).unwrap_or(1);
-    Ok(Template::new(&folder.join(format!("{}{{n}}.png", prefix(turn))))?)
+    Ok(Template::new(&folder.join(format!("{}{{i}}.png", prefix(turn))))?)
 }
 
 pub(super) fn absolute(path: &Path) -> PathBuf {

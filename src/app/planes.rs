@@ -1,9 +1,10 @@
 //! Planes that clip the picture, and planes that are drawn in it.
 
 use super::viewer::Viewer;
+use super::widgets::significant;
 use crate::geometry::{Aabb, Placed};
 use crate::view::{Plane, PlaneUse, Planes};
-use egui::{ComboBox, DragValue, Slider, Ui};
+use egui::{ComboBox, DragValue, Slider, SliderClamping, Ui};
 use glam::DVec3;
 
 /// Normals to choose from, by name.
@@ -76,16 +77,13 @@ fn plane_rows(ui: &mut Ui, number: usize, plane: &mut Plane, bounds: Aabb, towar
         let normal = plane.normal.normalize();
         let [lo, hi] = along(normal);
         let at = plane.point.dot(normal);
-        let mut moved = at;
         // Along -x the position is the x of the plane all the same.
         let sign = if normal.min_element() < 0.0 && NORMALS.iter().any(|(_, n)| *n == normal) { -1.0 } else { 1.0 };
-        let mut shown = sign * moved;
+        let mut shown = sign * at;
         let range = if sign > 0.0 { lo..=hi } else { -hi..=-lo };
-        if ui.add(Slider::new(&mut shown, range).max_decimals(4)).on_hover_text("Where it lies, world units").changed() {
-            moved = sign * shown;
-        }
-        if moved != at {
-            plane.point += normal * (moved - at);
+        let slider = Slider::new(&mut shown, range).clamping(SliderClamping::Never).custom_formatter(|v, _| significant(v));
+        if ui.add(slider).on_hover_text("Where it lies, world units").changed() {
+            plane.point += normal * (sign * shown - at);
         }
         if ui.small_button("x").on_hover_text("Remove this plane").clicked() {
             is_gone = true;

@@ -107,9 +107,6 @@ impl ProbeTool {
 
     /// Takes what jobs have given and starts what is due.
     pub fn run(&mut self, ctx: &egui::Context, data: &Data, field: &FieldSelection, octree: Option<&Arc<OctreeModel>>) -> Result<()> {
-        if !self.is_needed() {
-            return Ok(());
-        }
         if let Some(ended) = ended(&mut self.preparing) {
             match outcome(ended) {
                 Ok(source) => self.source = Some(Arc::new(source)),
@@ -121,6 +118,10 @@ impl ProbeTool {
         }
         if let Some(ended) = ended(&mut self.measuring) {
             self.profile = Some(outcome(ended)?);
+        }
+        // What is on its way is taken also where it is of no use any more.
+        if !self.is_needed() {
+            return Ok(());
         }
         let is_right = |of: &FieldSelection| of == field;
         if !self.source.as_ref().is_some_and(|source| is_right(&source.field)) {

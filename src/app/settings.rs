@@ -4,7 +4,7 @@ use super::furniture::Look;
 use crate::format::transfer_file::NamedTransfer;
 use crate::mesh::{Component, FieldSelection};
 use crate::octree::OctreeParams;
-use crate::view::{Camera, RenderSettings, TransferFunction, View};
+use crate::view::{Camera, RenderSettings, Scale, TransferFunction, View};
 
 /// Everything that decides the picture, the mesh and the window's size aside.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +35,14 @@ pub struct Transfer {
 }
 
 impl Transfer {
+    /// Leaves out what is in data units: the values of other data are others.
+    pub fn forget_data(&mut self) {
+        self.base.range = None;
+        if matches!(self.base.scale, Scale::Symlog(_)) {
+            self.base.scale = Scale::Symlog(None);
+        }
+    }
+
     /// The name of a transfer function that is no preset.
     pub const FROM_FILE: &str = "from file";
 
@@ -56,7 +64,7 @@ impl Transfer {
         if !keep_opacity {
             (self.base.opacity, self.base.opacity_model) = (map.function.opacity.clone(), map.function.opacity_model);
         }
-        if self.base.scale != crate::view::Scale::Linear {
+        if self.base.scale != Scale::Linear {
             self.base = self.base.over_unit_range();
         }
     }

@@ -114,7 +114,7 @@ impl Viewer {
     pub(super) fn start_tuning(&mut self, ctx: &egui::Context) {
         let plan = around(&self.settings.params, self.tuning.sweeping);
         let view = self.view_of_octree();
-        let view = View { settings: RenderSettings { width: SIZE, height: SIZE, ..RenderSettings::new(SIZE, SIZE) }, ..view };
+        let view = View { settings: RenderSettings { width: SIZE, height: SIZE, ..view.settings }, ..view };
         let (data, field, renderer): (Data, _, _) = (self.document.data.clone(), self.settings.field.clone(), self.renderer().clone());
         let (memory_bytes, record) = (self.memory_bytes(), self.tuning.record.clone().filter(|_| self.tuning.of.as_ref() == Some(&field)));
         self.tuning.of = Some(field.clone());

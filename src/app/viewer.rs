@@ -37,6 +37,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+/// Why nothing is written now.
+pub(super) const BUSY: &str = "something is being written already";
+
 /// How often a bar moves.
 const BAR: Duration = Duration::from_millis(100);
 
@@ -388,9 +391,10 @@ impl Viewer {
 
     /// What pictures are drawn from at their best, for the renderer chosen.
     pub(super) fn picture_scene(&self) -> Option<Arc<Scene>> {
+        let field = &self.settings.field;
         match self.kind() {
-            RendererKind::Octree => self.octree.model.as_ref().map(|model| model.scene.clone()),
-            RendererKind::Exact => self.exact.scene.as_ref().map(|(_, scene)| scene.clone()),
+            RendererKind::Octree => self.octree.model.as_ref().filter(|model| model.field == *field).map(|model| model.scene.clone()),
+            RendererKind::Exact => self.exact.scene.as_ref().filter(|(of, _)| of == field).map(|(_, scene)| scene.clone()),
         }
     }
 
@@ -413,6 +417,9 @@ impl Viewer {
         if render.mode == Mode::Iso {
             render.mode = Mode::Composite;
         }
+        render.step_world = None;
+        self.settings.transfer.forget_data();
+        self.settings.transfer.base.unit_distance = None;
         self.document = document;
         self.octree = self.octree.emptied();
         self.transfer_editor.forget_data();
@@ -521,7 +528,7 @@ impl Viewer {
         self.size = [pixels.width_px, pixels.height_px].map(|n| (n.max(0) as u32).min(self.viewport.longest_side()));
 
         self.settings.camera = navigate::moved(self.settings.camera, &picture, ui, self.extent());
-        if let Some(at) = picture.interact_pointer_pos().filter(|_| picture.double_clicked()) {
+        if let Some(at) = picture.interact_pointer_pos().filter(|_| picture.double_clicked() && !self.probe.is_on) {
             self.recentre(rect, at);
         }
         self.histories.watch(ui.ctx(), &self.settings);
@@ -578,6 +585,9 @@ impl Viewer {
 
     /// Writes a file in the background and says where.
     pub(super) fn save(&mut self, ctx: &egui::Context, write: impl FnOnce(&Progress) -> Result<PathBuf> + Send + 'static) {
+        if self.saving.is_some() {
+            return self.say(BUSY);
+        }
         self.saving = Some(Job::start(ctx, move |progress, results| {
             results.give(write(progress).map(|path| format!("wrote {}", absolute(&path).display())));
         }));

@@ -395,13 +395,8 @@ impl From<DeviceArg> for DeviceChoice {
 impl ViewArgs {
     /// `Err` if flags contradict each other.
     fn check(&self) -> Result<()> {
-        // What the mode needs may stand in a session.
-        if self.session.is_some() {
-            self.mode.check_details()?
-        } else {
-            self.mode.check()?
-        }
         let settings = self.settings();
+        self.mode.check(&settings)?;
         if self.skip == Some(Skip::Encoding) && settings.steps != Steps::Fixed {
             bail!("--skip encoding marches voxels by one step; add --steps fixed");
         }
@@ -455,7 +450,9 @@ impl ViewArgs {
             },
             ..self.mode.settings(RenderSettings::new(self.size[0], self.size[1]))
         };
-        self.session.as_ref().map_or(flags, |session| session.settings(flags))
+        let Some(session) = &self.session else { return flags };
+        let settings = session.settings(flags);
+        RenderSettings { mode: self.mode.of_xray(settings.mode), ..settings }
     }
 }
 

@@ -10,7 +10,7 @@ use crate::octree::{OctreeParams, Preset};
 use crate::render::{DeviceChoice, Renderer, Scene};
 use crate::study::{Build, Frames, PaperTable, orbit_frames, thresholds_for};
 use crate::view::{RendererKind, Steps, View};
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use std::io::Write;
 
@@ -47,7 +47,7 @@ pub struct BenchCommand {
     #[arg(long, conflicts_with_all = ["depths", "nodes", "presets", "steps", "step", "voxels", "skip", "intervals"])]
     skip_table: bool,
     /// Instead, frame times in every mode, for this mesh or volume
-    #[arg(long, conflicts_with_all = ["depths", "nodes", "presets", "skip_table", "mode"])]
+    #[arg(long, conflicts_with_all = ["depths", "nodes", "presets", "skip_table", "mode", "xray", "shade"])]
     mode_table: bool,
     #[command(flatten)]
     volume: RawArgs,
@@ -72,7 +72,7 @@ impl BenchCommand {
         let field = self.mesh.field(&mesh)?;
         self.mesh.check_budget(&mesh)?;
         let view = self.view.view(&mesh, self.view.files()?);
-        view.transfer_function.check_range(field.range)?;
+        view.transfer_function.check_range(field.range).with_context(|| self.mesh.shown_name())?;
         let renderer = Renderer::new(self.view.device.into())?;
         say_if_fallen_back(&renderer);
         // What all is compared with is the f64 renderer.

@@ -81,28 +81,20 @@ pub enum ShadeArg {
 impl ModeArgs {
     /// The mode, with `--xray` counted in.
     pub fn mode(&self) -> Mode {
-        if self.mode == Mode::Mean && self.xray == Some(XRayArg::Integral) { Mode::Integral } else { self.mode }
+        self.of_xray(self.mode)
     }
 
-    /// `Err` if flags contradict each other.
-    pub fn check(&self) -> Result<()> {
-        let mode = self.mode();
-        self.check_details()?;
-        if mode == Mode::Iso && self.iso.is_empty() && self.cut.is_empty() {
-            bail!("--mode iso draws surfaces of equal value; say which with --iso V (or planes with --cut)");
+    /// A mode with `--xray` counted in.
+    pub fn of_xray(&self, mode: Mode) -> Mode {
+        match (mode, self.xray) {
+            (Mode::Mean, Some(XRayArg::Integral)) => Mode::Integral,
+            _ => mode,
         }
-        if mode.is_number() && !self.iso.is_empty() {
-            bail!("--iso is drawn with --mode composite or iso; the mode is {mode}");
-        }
-        if mode.is_number() && self.shade == Some(ShadeArg::Phong) {
-            bail!("--mode {mode} shows a number of each ray, which is not shaded; --shade phong is for composite and iso");
-        }
-        Ok(())
     }
 
-    /// `Err` if flags contradict each other whatever a session adds to them.
-    pub fn check_details(&self) -> Result<()> {
-        let mode = self.mode();
+    /// `Err` if flags contradict each other, or the settings that are drawn with: the flags' own, or a session's with the flags counted in.
+    pub fn check(&self, used: &RenderSettings) -> Result<()> {
+        let mode = used.mode;
         if self.xray.is_some() && !matches!(mode, Mode::Mean | Mode::Integral) {
             bail!("--xray says what --mode xray shows; the mode is {mode}");
         }
@@ -116,8 +108,16 @@ impl ModeArgs {
         }
         Isosurfaces::new(&self.isosurfaces())?;
         Planes::new(&self.planes())?;
-        if mode.is_number() && !self.cut.is_empty() {
-            bail!("--cut is drawn with --mode composite or iso; the mode is {mode}");
+        if mode == Mode::Iso && !used.with_surfaces() {
+            bail!("--mode iso draws surfaces of equal value; say which with --iso V (or planes with --cut)");
+        }
+        for (flag, is_given) in [("--iso", !self.iso.is_empty()), ("--cut", !self.cut.is_empty())] {
+            if mode.is_number() && is_given {
+                bail!("{flag} is drawn with --mode composite or iso; the mode is {mode}");
+            }
+        }
+        if mode.is_number() && self.shade == Some(ShadeArg::Phong) {
+            bail!("--mode {mode} shows a number of each ray, which is not shaded; --shade phong is for composite and iso");
         }
         Ok(())
     }
@@ -201,8 +201,9 @@ mod tests {
 
     fn settings(flags: &str) -> Result<RenderSettings> {
         let args = Flags::try_parse_from(std::iter::once("x").chain(flags.split_whitespace()))?.mode;
-        args.check()?;
-        Ok(args.settings(RenderSettings::new(1, 1)))
+        let settings = args.settings(RenderSettings::new(1, 1));
+        args.check(&settings)?;
+        Ok(settings)
     }
 
     #[test]
@@ -213,7 +214,7 @@ mod tests {
         assert_eq!(settings("--mode xray --xray integral").expect("valid").mode, Mode::Integral);
         let two = settings("--mode iso --iso 2,-1 --iso-opacity 0.5,1 --iso-color 1,0,0:0,0,1 --light 0,0,-2").expect("valid");
         let surface = |value, color, opacity| Isosurface { value, color: Some(color), opacity };
-        assert_eq!(two.isosurfaces.iter().collect::<Vec<_>>(), [surface(-1.0, [0.0, 0.0, 1.0], 1.0), surface(2.0, [1.0, 0.0, 0.0], 0.5)]);
+        assert_eq!(two.isosurfaces.iter().collect::<Vec<_>>(), [surface(2.0, [1.0, 0.0, 0.0], 0.5), surface(-1.0, [0.0, 0.0, 1.0], 1.0)]);
         assert!(two.shading.surfaces && two.shading.phong.light == LightSource::From(DVec3::NEG_Z * 2.0));
         let planes = settings("--clip -x=1 --cut 0,0,2:0,0,1 --cut-opacity 0.5 --cut-edges").expect("valid").planes;
         let used: Vec<_> = planes.iter().map(|plane| (plane.normal, plane.used)).collect();

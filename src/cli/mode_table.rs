@@ -10,7 +10,7 @@ use crate::octree::{OctreeTexture, Subject};
 use crate::render::{DeviceChoice, Renderer};
 use crate::study::{Frames, orbit_frames};
 use crate::view::{Isosurface, Isosurfaces, Mode, RenderSettings, RendererKind, Shading, View};
-use anyhow::Result;
+use anyhow::{Context, Result};
 use std::io::Write;
 
 /// Frames a second of the tool that the modes are known from, 256 x 256 x 225 voxels, 512 x 768 pixels, GeForce 8800 GTS: by mode, without
@@ -27,6 +27,7 @@ pub fn run(mesh: &MeshArgs, volume: &RawArgs, octree: &OctreeArgs, view: &ViewAr
     let files = view.files()?;
     let subject = read_subject(mesh, volume)?;
     let seen = view.view(&subject, files);
+    seen.transfer_function.check_range(subject.range()).with_context(|| mesh.shown_name())?;
     let renderer = Renderer::new(view.device.into())?;
     say_if_fallen_back(&renderer);
     let tree = regularized(mesh, &subject, &octree.params())?;

@@ -19,7 +19,7 @@ use clap::Args;
 use glam::{DVec2, DVec3};
 use serde_json::json;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// `octetra render`.
@@ -79,7 +79,7 @@ Examples:
   octetra render flow.vtu --preset fine --stats fine.json
   octetra render flow.vtu --furniture bar,axes,box --background 1,1,1
   octetra render --session flow.json --size 2560x1600      what the window showed, larger
-  octetra render flow.vtu --turntable 120 -o turn_{n}.png  a full turn, turn_000.png to turn_119.png
+  octetra render flow.vtu --turntable 120 -o turn_{i}.png  a full turn, turn_000.png to turn_119.png
   octetra render scan.nhdr --tf bone.json                  a volume: .nrrd, .nhdr, .mhd, .mha, .vti, .vtk
   octetra render wing.xyz                                  a PLOT3D grid, its solution in wing.q
   octetra render scan.raw --dims 256,256,178 --type u8     plain bytes
@@ -100,8 +100,17 @@ impl RenderCommand {
         let [first, last] = [pictures.first(), pictures.last().filter(|_| pictures.len() > 1)];
         let outputs: Vec<Option<&PathBuf>> = [first, last].into_iter().chain(numbers).chain([self.stats.as_ref()]).collect();
         check_outputs(&self.mesh, &outputs)?;
-        if let Some(session) = self.session.file() {
-            check_outputs_beside(&[(session, "the session")], &outputs)?;
+        let tf = Path::new(self.view.transfer.tf.as_str());
+        let inputs = [
+            (self.session.file().map(PathBuf::as_path), "the session"),
+            (self.view.camera.as_deref(), "the camera"),
+            (self.sequence.camera_path.as_deref(), "the camera's way"),
+            (Some(tf).filter(|tf| tf.is_file()), "the transfer function"),
+        ];
+        let inputs: Vec<(&Path, &str)> = inputs.into_iter().filter_map(|(path, what)| Some((path?, what))).collect();
+        check_outputs_beside(&inputs, &outputs)?;
+        if let Some(stats) = self.stats.as_ref().filter(|stats| pictures[1..].contains(stats)) {
+            bail!("{}: two outputs would go to this one file", stats.display());
         }
         self.check_numbers()?;
         let files = self.view.files()?;

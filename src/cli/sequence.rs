@@ -11,14 +11,14 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Sequences")]
 pub struct SequenceArgs {
-    /// N pictures of a full turn about the camera's up axis; the output's name has {n} for their numbers [default: NAME_{n}.png]
+    /// N pictures of a full turn about the camera's up axis; the output's name has {i} for their numbers [default: NAME_{i}.png]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub turntable: Option<u32>,
     /// Pictures along a way: a JSON list of cameras, as --camera reads one; between them it turns evenly and comes closer by even factors
     #[arg(long, value_name = "FILE", requires = "frames", conflicts_with_all = ["turntable", "camera", "orbit", "zoom"])]
     pub camera_path: Option<PathBuf>,
     /// How many pictures the way has
-    #[arg(long, value_name = "N", requires = "camera_path", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "N", requires = "camera_path", conflicts_with = "turntable", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub frames: Option<u32>,
 }
 
@@ -34,7 +34,7 @@ impl SequenceArgs {
     pub fn sequence(&self, output: Option<&Path>, stem: &str) -> Result<Option<Sequence>> {
         let Some(count) = self.turntable.or(self.frames) else { return Ok(None) };
         // A mesh's name may have braces of its own.
-        let own = || PathBuf::from(format!("{}_{{n}}.png", stem.replace(['{', '}'], "_")));
+        let own = || PathBuf::from(format!("{}_{{i}}.png", stem.replace(['{', '}'], "_")));
         let template = Template::new(&output.map_or_else(own, Path::to_owned)).context("-o")?;
         let path = match &self.camera_path {
             Some(file) => {

@@ -3,7 +3,7 @@
 use super::args::{MeshArgs, OctreeArgs, RawArgs, ViewArgs, threshold_flags};
 use crate::session::Session;
 use crate::view::{Camera, RenderSettings, Shading, TransferFunction};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, Parser};
 use std::path::PathBuf;
@@ -69,7 +69,7 @@ impl Given {
         take(&["voxels"], |to, from| to.voxels = from.voxels);
         take(&["skip"], |to, from| to.skip = from.skip);
         take(&["intervals"], |to, from| to.intervals = from.intervals);
-        take(&["mode", "xray"], |to, from| to.mode = from.mode);
+        take(&["mode"], |to, from| to.mode = from.mode);
         take(&ISOSURFACES, |to, from| to.isosurfaces = from.isosurfaces);
         take(&PLANES, |to, from| to.planes = from.planes);
         take(&["shade"], |to, from| to.shading = Shading { phong: to.shading.phong, ..from.shading });
@@ -86,8 +86,8 @@ impl SessionView {
 }
 
 impl SessionArgs {
-    /// Reads the session, if there is one, and puts what it says where no flag says otherwise. Thresholds, the data's file and the camera
-    /// are taken from flags or the session as a whole.
+    /// Reads the session, if there is one, and puts what it says where no flag says otherwise. Thresholds, the data's file, the camera,
+    /// isosurfaces, planes and Phong's numbers are taken from flags or the session as a whole.
     pub fn apply(&self, mesh: &mut MeshArgs, raw: &mut RawArgs, octree: &mut OctreeArgs, view: &mut ViewArgs) -> Result<Option<Session>> {
         let Some(path) = &self.file else { return Ok(None) };
         let session = Session::read(path)?;
@@ -116,9 +116,6 @@ impl SessionArgs {
             settings: session.render,
             given: given.clone(),
         });
-        if view.settings().mode == crate::view::Mode::Iso && !view.settings().with_surfaces() {
-            bail!("{}: render.mode is iso and there are no isosurfaces; say which with --iso V (or planes with --cut)", path.display());
-        }
         Ok(Some(session))
     }
 
@@ -159,7 +156,7 @@ impl FromArgMatches for SessionArgs {
 
 impl Args for SessionArgs {
     fn augment_args(command: Command) -> Command {
-        let help = "Session file (JSON), as the window saves it: data, thresholds, camera, colours, mode; flags go before what it says";
+        let help = "Session file (JSON), as the window saves it: data, thresholds, camera, colours, mode; flags go before what it says, those of one kind as a whole: thresholds, the camera, isosurfaces, planes, Phong";
         command.arg(Arg::new("session").long("session").value_name("FILE").value_parser(clap::value_parser!(PathBuf)).help(help))
     }
 

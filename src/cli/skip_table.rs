@@ -10,7 +10,7 @@ use crate::octree::OctreeTexture;
 use crate::render::{RenderError, Renderer, Scene};
 use crate::study::{PaperSkipping, SkipFigures, compare_skipping, fixed_step, median};
 use crate::view::{Intervals, RenderSettings, Skip, View};
-use anyhow::Result;
+use anyhow::{Context, Result};
 use std::io::Write;
 use std::time::Instant;
 
@@ -34,7 +34,7 @@ pub fn run(mesh: &MeshArgs, volume: &RawArgs, octree: &OctreeArgs, view: &ViewAr
     let files = view.files()?;
     let subject = read_subject(mesh, volume)?;
     let seen = view.view(&subject, files);
-    seen.transfer_function.check_range(subject.range())?;
+    seen.transfer_function.check_range(subject.range()).with_context(|| mesh.shown_name())?;
     let renderer = Renderer::new(view.device.into())?;
     say_if_fallen_back(&renderer);
     let start = Instant::now();

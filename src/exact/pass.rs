@@ -81,7 +81,7 @@ impl<'a> Look<'a> {
             let own = surface.color.map(|color| color.map(f64::from));
             (surface, own.unwrap_or_else(|| transfer.sample(transfer.normalize(surface.value)).color))
         };
-        let surfaces = settings.surfaces().iter().map(colored).collect();
+        let surfaces = settings.surfaces().ascending().map(colored).collect();
         let width = scene.range[1] - scene.range[0];
         let gradient_floor = if scene.diagonal > 0.0 { Shading::GRADIENT_FLOOR * width / scene.diagonal } else { 1.0 };
         let (mode, shading, min_transmittance) = (settings.mode, settings.shading, settings.min_transmittance);

@@ -58,7 +58,7 @@ impl Style {
     /// What `settings` ask for, in a root cube of edge `edge_world`; `table` is the classifier's for it.
     pub fn new(settings: &RenderSettings, classifier: &Classifier, table: &KnotTable, edge_world: f64) -> Self {
         let mut style = Style::default();
-        for (place, surface) in style.surfaces.iter_mut().zip(settings.surfaces().iter()) {
+        for (place, surface) in style.surfaces.iter_mut().zip(settings.surfaces().ascending()) {
             let value = classifier.normalized(surface.value) as f32;
             let within = value.clamp(0.0, 1.0);
             let color = surface.color.unwrap_or_else(|| table.classify(table.interval(within), within).color);

@@ -101,7 +101,7 @@ impl Isosurface {
     }
 }
 
-/// Some isosurfaces, at most [`Isosurfaces::MOST`], ascending by value.
+/// Some isosurfaces, at most [`Isosurfaces::MOST`].
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(try_from = "Vec<Isosurface>", into = "Vec<Isosurface>")]
 pub struct Isosurfaces {
@@ -129,7 +129,7 @@ impl Isosurfaces {
     /// None.
     pub const NONE: Isosurfaces = Isosurfaces { list: [None; Isosurfaces::MOST] };
 
-    /// These, in any order.
+    /// These.
     pub fn new(surfaces: &[Isosurface]) -> Result<Self, IsosurfaceError> {
         if surfaces.len() > Self::MOST {
             return Err(IsosurfaceError::TooMany(surfaces.len()));
@@ -143,16 +143,21 @@ impl Isosurfaces {
                 return Err(IsosurfaceError::Look(surface.value));
             }
         }
-        let mut sorted = surfaces.to_vec();
-        sorted.sort_by(|a, b| a.value.total_cmp(&b.value));
         let mut list = [None; Self::MOST];
-        list.iter_mut().zip(sorted).for_each(|(place, surface)| *place = Some(surface));
+        list.iter_mut().zip(surfaces).for_each(|(place, surface)| *place = Some(*surface));
         Ok(Isosurfaces { list })
     }
 
-    /// Ascending by value.
+    /// In the order in which they were given.
     pub fn iter(&self) -> impl Iterator<Item = Isosurface> {
         self.list.into_iter().flatten()
+    }
+
+    /// Ascending by value, as rays that rise meet them.
+    pub fn ascending(&self) -> impl Iterator<Item = Isosurface> {
+        let mut list = self.list;
+        list.sort_by(|a, b| a.map_or(f64::INFINITY, |a| a.value).total_cmp(&b.map_or(f64::INFINITY, |b| b.value)));
+        list.into_iter().flatten()
     }
 
     /// Whether there are none.
@@ -281,7 +286,8 @@ mod tests {
     fn isosurfaces_are_sorted_and_checked() {
         let [two, one] = [2.0, 1.0].map(Isosurface::at);
         let both = Isosurfaces::new(&[two, one]).expect("valid");
-        assert_eq!(both.iter().collect::<Vec<_>>(), [one, two]);
+        assert_eq!(both.iter().collect::<Vec<_>>(), [two, one]);
+        assert_eq!(both.ascending().collect::<Vec<_>>(), [one, two]);
         assert!(!both.is_empty() && Isosurfaces::NONE.is_empty());
         assert_eq!(Isosurfaces::new(&[one; 9]), Err(IsosurfaceError::TooMany(9)));
         assert!(matches!(Isosurfaces::new(&[Isosurface::at(f64::NAN)]), Err(IsosurfaceError::Value(_))));

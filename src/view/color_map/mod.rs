@@ -45,7 +45,7 @@ pub struct ColorMap {
 }
 
 impl ColorMap {
-    /// Colours over x in [0, 1], as a transfer function has them: at most 256 knots, linear in RGB between them, within 1/512 of
+    /// Colours over x in [0, 1], as a transfer function has them: at most 256 knots, unless steps alone are more, linear in RGB between them, within 1/512 of
     /// the map's own colours unless that takes more.
     pub fn bake(&self) -> Vec<[f64; 4]> {
         let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else { return vec![] };
@@ -177,5 +177,8 @@ mod tests {
         assert_eq!(map(ColorSpace::Rgb, &ramp).len(), 2);
         let step = [[0.0, 0.0, 0.0, 0.0], [0.5, 0.0, 0.0, 0.0], [0.5, 1.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0]];
         assert_eq!(map(ColorSpace::Rgb, &step), step);
+        // More steps than there is room for otherwise.
+        let bands: Vec<_> = (0..300).map(|k| [f64::from(k), f64::from(k % 2), 0.0, 0.0]).collect();
+        assert!(map(ColorSpace::Step, &bands).len() >= 2 * 299);
     }
 }
