@@ -4,6 +4,7 @@
 // #import shared/frame.wgsl
 // #import shared/ray.wgsl
 // #import shared/cuts.wgsl
+// #import shared/placing.wgsl
 
 // Boxes are drawn larger by this part of a pixel: rasterisers round corners to 1/256 of one.
 const MARGIN: f32 = 0.0625;
@@ -12,19 +13,6 @@ const MARGIN: f32 = 0.0625;
 @group(0) @binding(17) var<storage, read> boxes: array<vec4<u32>>;
 // The words of `parts`, two a part.
 @group(0) @binding(16) var<storage, read_write> part_words: array<atomic<u32>>;
-
-
-// How points of the cube, relative to the frame's origin, lie in the image.
-struct Placing {
-    // To (x w, y w, t).
-    to_image: mat3x3<f32>,
-    // w is the first and t times the second: 1 for parallel rays, the distance from the eye's plane for others.
-    w: vec2<f32>,
-    // A pixel's size where w is 1.
-    pixel: f32,
-}
-
-@group(0) @binding(18) var<uniform> placing: Placing;
 
 struct Corner {
     @builtin(position) position: vec4<f32>,
@@ -47,13 +35,6 @@ fn place(@builtin(vertex_index) vertex: u32, @builtin(instance_index) number: u3
     let at = (vec3<f32>(cell.xyz) + side * f32(cell.w)) * frame.cell_edge;
     let outward = (2.0 * side - 1.0) * (MARGIN * placing.pixel * abs(clip(at).w));
     return Corner(clip(at + outward), number);
-}
-
-// Clip coordinates. All depths are alike: nothing lies before or behind anything, and only the eye's plane cuts.
-fn clip(at: vec3<f32>) -> vec4<f32> {
-    let placed = placing.to_image * (at - frame.origin);
-    let w = placing.w.x + placing.w.y * placed.z;
-    return vec4<f32>(placed.xy, 0.5 * w, w);
 }
 
 @fragment

@@ -11,9 +11,6 @@
 // #import shared/output.wgsl
 // #import shared/main.wgsl
 
-// Chains of tets this near to each other along a ray touch.
-const SEAM: f32 = 1e-6;
-
 // The neighbour of a face that has none.
 const NONE: u32 = 0xffffffffu;
 
@@ -58,6 +55,7 @@ fn march(ray: Ray, pixel: vec2<u32>, light: ptr<function, Light>) -> u32 {
         if (is_exit(hit)) { continue; }
         if (!walk(hit.word >> 1u, ray, light, &reached, &tets)) { break; }
     }
+    if (boundary_faces) { end_way_out(ray, light); }
     return tets;
 }
 
@@ -83,10 +81,14 @@ fn walk(face: u32, ray: Ray, light: ptr<function, Light>, reached: ptr<function,
     var tet = entered.w;
     var near = place(a, b, c);
     if (with_surfaces && near.t > *reached + SEAM) { forget_last(); }
+    var entry: FacePlace;
+    if (boundary_faces) { entry = place_on_face(ray, near, tet, a, b, c); }
     // What planes clip off behind is not met.
     let limit = select(FAR, ray.t_out, clip_planes > 0u);
     // Signs are exact, so that no tet of a chain comes twice.
     let most = arrayLength(&tet_points);
+    // Whether anything of this chain was not passed before.
+    var is_inside = false;
     for (var step = 0u; step < most; step += 1u) {
         let behind = neighbours[tet];
         let apex = corner(tet_points[tet] ^ a.seen.id ^ b.seen.id ^ c.seen.id);
@@ -117,6 +119,11 @@ fn walk(face: u32, ray: Ray, light: ptr<function, Light>, reached: ptr<function,
         let t_out = min(far.t, limit);
         if (t_out > t_in) {
             *reached = t_out;
+            if (boundary_faces && !is_inside) {
+                is_inside = true;
+                enter_mesh(ray, entry, light);
+                if ((*light).transmittance < frame.min_transmittance) { return false; }
+            }
             var ends = vec2<f32>(far.value);
             if (on_cells) {
                 ends = vec2<f32>(cell_values[tet]);
@@ -132,10 +139,21 @@ fn walk(face: u32, ray: Ray, light: ptr<function, Light>, reached: ptr<function,
         if (far.t >= limit) { return false; }
         near = far;
         let rank = u32(opposite > a.seen.id) + u32(opposite > b.seen.id) + u32(opposite > c.seen.id);
+        let last = tet;
         tet = select(select(behind.x, behind.y, rank == 1u), select(behind.z, behind.w, rank == 3u), rank >= 2u);
-        if (tet == NONE) { break; }
+        if (tet == NONE) {
+            if (boundary_faces && is_inside && near.t >= *reached) { way_out = place_on_face(ray, near, last, a, b, c); }
+            break;
+        }
     }
     return true;
+}
+
+// Where the ray goes through a boundary face of a tet.
+fn place_on_face(ray: Ray, at: Place, tet: u32, a: Corner, b: Corner, c: Corner) -> FacePlace {
+    var value = at.value;
+    if (on_cells) { value = cell_values[tet]; }
+    return face_place(ray, at.t, vertices[a.seen.id].xyz, vertices[b.seen.id].xyz, vertices[c.seen.id].xyz, value);
 }
 
 // The field's gradient in the tet that the ray is in: normalised values per cube edge.
@@ -167,7 +185,8 @@ fn add_light(light: ptr<function, Light>, front: f32, back: f32, piece_length: f
 }
 
 // How much of a pixel an edge of the tet covers on a plane: within half a pixel of it all.
-fn edge_on_plane(ray: Ray, t: f32, normal: vec3<f32>) -> f32 {
+fn edge_on_plane(ray: Ray, t: f32, i: u32) -> f32 {
+    let normal = frame.cuts[i].xyz;
     let at = ray.origin + ray.direction * t;
     var distance = FAR;
     for (var i = 0u; i < 4u; i += 1u) {
@@ -179,9 +198,4 @@ fn edge_on_plane(ray: Ray, t: f32, normal: vec3<f32>) -> f32 {
         if (steepness > 0.0) { distance = min(distance, abs(dot(face, at - a)) / steepness); }
     }
     return clamp(1.0 - (distance / pixel_width(ray, t) - 0.5), 0.0, 1.0);
-}
-
-// The width of a pixel at t.
-fn pixel_width(ray: Ray, t: f32) -> f32 {
-    return length(frame.right_origin + frame.right * (t - ray.t_eye - frame.eye_distance)) * frame.pixel_size.x;
 }

@@ -2,60 +2,27 @@
 //! forms for the exact renderer and the octree, the GPU against the CPU, and references.
 
 mod meshes;
+mod views;
 
 use glam::DVec3;
 use meshes::{Random, add_grid, mesh, point_field};
 use octetra::format::read_mesh;
 use octetra::image::{Image, ImageFile, psnr, read_image};
 use octetra::mesh::{Association, FieldSelection, MeshParts, ScalarField, TetMesh};
-use octetra::octree::{OctreeParams, OctreeTexture, Preset, Reconstruction, regularize, regularize_grid};
+use octetra::octree::{OctreeParams, Preset, Reconstruction};
 use octetra::progress::Progress;
 use octetra::render::{DeviceChoice, RayNumbers, Renderer, Scene};
 use octetra::view::{
-    Camera, Intervals, Isosurface, Isosurfaces, LightSource, Mode, Phong, Projection, RenderSettings, Shading, Skip, Steps,
+    Camera, Faces, Intervals, Isosurface, Isosurfaces, LightSource, Mode, Phong, Projection, RenderSettings, Shading, Skip, Steps,
 };
 use octetra::view::{Plane, PlaneUse, Planes, TransferFunction, View};
-use octetra::volume::{Grid, GridFrame, Samples};
 use std::path::PathBuf;
+use std::sync::Arc;
+use views::{across, front, octree, volume, volume_scene};
 
 fn surfaces(values: &[f64], opacity: f32) -> Isosurfaces {
     let list: Vec<_> = values.iter().map(|&value| Isosurface { opacity, ..Isosurface::at(value) }).collect();
     Isosurfaces::new(&list).expect("valid")
-}
-
-fn octree(renderer: &Renderer, mesh: &TetMesh, field: &ScalarField, params: &OctreeParams) -> Scene {
-    let tree = regularize(mesh, field, params, &Progress::new()).expect("regularizes");
-    let texture = OctreeTexture::encode(&tree).expect("fits");
-    renderer.octree_scene(mesh, texture, params.surface(mesh, field)).expect("fits").0
-}
-
-/// A volume of `n`^3 points over the cube [-1, 1]^3.
-fn volume(n: u32, value: impl Fn(DVec3) -> f64) -> Grid {
-    let at = |i: u32| DVec3::new((i % n).into(), (i / n % n).into(), (i / n / n).into()) * (2.0 / f64::from(n - 1)) - 1.0;
-    let frame = GridFrame::along_axes([n; 3], DVec3::NEG_ONE, DVec3::splat(2.0 / f64::from(n - 1)));
-    Grid::new(frame, "s".into(), Samples::F32((0..n * n * n).map(|i| value(at(i)) as f32).collect())).expect("valid")
-}
-
-fn volume_scene(renderer: &Renderer, grid: &Grid) -> Scene {
-    let params = OctreeParams { max_depth: 7, ..OctreeParams::default().by_thresholds() };
-    let params = OctreeParams { max_leaf_tets: 0, max_leaf_variance: 0.0, ..params };
-    let tree = regularize_grid(grid, &params, &Progress::new()).expect("regularizes");
-    let surface = tree.grid_surface(grid);
-    renderer.octree_scene(grid, OctreeTexture::encode(&tree).expect("fits"), surface).expect("fits").0
-}
-
-/// A view along y of [-1, 1] across, from y = -5, in parallel.
-fn front(settings: RenderSettings) -> View {
-    let camera =
-        Camera { eye: DVec3::NEG_Y * 5.0, target: DVec3::ZERO, up: DVec3::Z, projection: Projection::Parallel { view_height: 2.0 } };
-    let white = TransferFunction { color: vec![[0.0, 1.0, 1.0, 1.0]], ..TransferFunction::standard() };
-    View { camera, transfer_function: white, settings }
-}
-
-/// x and z of a pixel of such a view.
-fn across(i: usize, size: u32) -> [f64; 2] {
-    let at = |k: u32| 2.0 * (f64::from(k) + 0.5) / f64::from(size) - 1.0;
-    [at(i as u32 % size), -at(i as u32 / size)]
 }
 
 /// A cube [-1, 1]^3 of tets.
@@ -413,26 +380,30 @@ fn edges_are_drawn_where_a_plane_cuts_faces() {
     let cube = cube(4);
     let field = point_field(&cube, |p| p.y);
     let exact = renderer.exact_scene(&cube, &field, &Progress::new()).expect("fits");
+    let octree = octree(&renderer, &cube, &field, &OctreeParams { max_depth: 4, ..OctreeParams::default() });
+    let octree = octree.with_mesh(Some(Arc::new(cube.clone())));
     let used = PlaneUse::Cut { opacity: 1.0, edges: true };
     let planes = Planes::new(&[Plane { point: DVec3::Y * 0.001, normal: DVec3::Y, used }]).expect("valid");
     let size = 240;
     let view = front(RenderSettings { mode: Mode::Iso, planes, ..RenderSettings::new(size, size) });
-    let picture = renderer.render(&exact, &view, &Progress::new()).expect("draws").image;
-    let pixel = 2.0 / f64::from(size);
-    let (mut dark, mut light) = (0, 0);
-    for (i, color) in picture.pixels.iter().enumerate() {
-        let [u, v] = across(i, size).map(|c| (c + 1.0) * 2.0 % 1.0 / 2.0);
-        let to_line = |c: f64| c.min(0.5 - c);
-        let distance = to_line(u).min(to_line(v)).min((u - v).abs() / 2f64.sqrt());
-        if distance < 0.55 * pixel {
-            assert!(color[0] < 0.25, "{u} {v}: {color:?} is on an edge");
-            dark += 1;
-        } else if distance > 2.0 * pixel {
-            assert_eq!(color[0], 1.0, "{u} {v}: {color:?} is not");
-            light += 1;
+    for scene in [&exact, &octree] {
+        let picture = renderer.render(scene, &view, &Progress::new()).expect("draws").image;
+        let pixel = 2.0 / f64::from(size);
+        let (mut dark, mut light) = (0, 0);
+        for (i, color) in picture.pixels.iter().enumerate() {
+            let [u, v] = across(i, size).map(|c| (c + 1.0) * 2.0 % 1.0 / 2.0);
+            let to_line = |c: f64| c.min(0.5 - c);
+            let distance = to_line(u).min(to_line(v)).min((u - v).abs() / 2f64.sqrt());
+            if distance < 0.55 * pixel {
+                assert!(color[0] < 0.25, "{u} {v}: {color:?} is on an edge");
+                dark += 1;
+            } else if distance > 2.0 * pixel {
+                assert_eq!(color[0], 1.0, "{u} {v}: {color:?} is not");
+                light += 1;
+            }
         }
+        assert!(dark > 2000 && light > 20_000, "{dark} {light}");
     }
-    assert!(dark > 2000 && light > 20_000, "{dark} {light}");
 }
 
 /// Fields on points and on cells, in a mesh whose surface is no box's.
@@ -456,6 +427,7 @@ fn looks() -> Vec<(&'static str, RenderSettings)> {
     let clip = Plane { point: DVec3::new(0.1, 0.2, 0.0), normal: DVec3::new(-1.0, 2.0, 0.5), used: PlaneUse::Clip };
     let cut = Plane { normal: DVec3::new(0.5, 0.3, 1.0), used: PlaneUse::Cut { opacity: 0.5, edges: true }, ..clip };
     let planes = Planes::new(&[clip, cut]).expect("valid");
+    let faces = Some(Faces { opacity: 0.3, color: None, edges: true });
     vec![
         ("mip", RenderSettings { mode: Mode::Maximum, ..plain }),
         ("minip", RenderSettings { mode: Mode::Minimum, ..plain }),
@@ -465,7 +437,7 @@ fn looks() -> Vec<(&'static str, RenderSettings)> {
             "clipped, intervals",
             RenderSettings { planes: Planes::new(&[clip]).expect("valid"), skip: Skip::Parts(3), intervals: Intervals::Raster, ..plain },
         ),
-        ("shaded, with surfaces and planes", RenderSettings { isosurfaces, shading, planes, ..plain }),
+        ("shaded, with surfaces, planes and faces", RenderSettings { isosurfaces, shading, planes, faces, ..plain }),
     ]
 }
 
@@ -487,12 +459,14 @@ fn the_gpu_draws_every_mode_as_the_cpu_does() {
     let params = OctreeParams { max_depth: 5, ..OctreeParams::default() };
     let leaf = OctreeParams { reconstruction: Reconstruction::Leaf, ..params.clone() };
     let exact = |renderer: &Renderer, field| renderer.exact_scene(&lumpy, field, &Progress::new()).expect("fits");
-    let all = ["clipped, intervals", "mip", "minip", "integral", "iso", "shaded, with surfaces and planes"];
+    let shared = Arc::new(lumpy.clone());
+    let octree = |renderer: &Renderer, params| octree(renderer, &lumpy, &on_points, params).with_mesh(Some(shared.clone()));
+    let all = ["clipped, intervals", "mip", "minip", "integral", "iso", "shaded, with surfaces, planes and faces"];
     // Compiling shaders takes long on a software adapter: where only the march is another, one look that uses all of it.
     let pairs = [
-        ("octree", [&gpu, &cpu].map(|renderer| octree(renderer, &lumpy, &on_points, &params)), Steps::Leaf, &all[..]),
-        ("octree, fixed steps", [&gpu, &cpu].map(|renderer| octree(renderer, &lumpy, &on_points, &params)), Steps::Fixed, &all[5..]),
-        ("octree of one value a leaf", [&gpu, &cpu].map(|renderer| octree(renderer, &lumpy, &on_points, &leaf)), Steps::Leaf, &all[5..]),
+        ("octree", [&gpu, &cpu].map(|renderer| octree(renderer, &params)), Steps::Leaf, &all[..]),
+        ("octree, fixed steps", [&gpu, &cpu].map(|renderer| octree(renderer, &params)), Steps::Fixed, &all[5..]),
+        ("octree of one value a leaf", [&gpu, &cpu].map(|renderer| octree(renderer, &leaf)), Steps::Leaf, &all[5..]),
         ("exact", [&gpu, &cpu].map(|renderer| exact(renderer, &on_points)), Steps::Leaf, &all[3..]),
         ("exact, on cells", [&gpu, &cpu].map(|renderer| exact(renderer, &on_cells)), Steps::Leaf, &all[4..5]),
     ];

@@ -95,7 +95,11 @@ fn structs_mirror_their_shaders() {
             of_product,
             of_length,
             offset,
-            gradient_floor
+            gradient_floor,
+            face_edges,
+            face_values,
+            face_color,
+            face_opacity,
         }),
         mirror!(Counter { low, high }),
         mirror!(Placing { to_image, w, pixel }),

@@ -10,7 +10,7 @@ fn main(@builtin(global_invocation_id) pixel: vec3<u32>, @builtin(local_invocati
     let ray = enter(pixel_ray(pixel.xy));
     var color = missed();
     if (ray.t_out > 0.0 && in_image(pixel.xy)) {
-        start_passing(ray);
+        start_passing(ray, pixel.xy);
         samples = march(ray, pixel.xy, &light);
         color = finished(ray, light);
     }

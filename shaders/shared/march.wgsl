@@ -3,11 +3,11 @@
 // Marches a ray; returns the number of full leaves looked up.
 fn march(ray: Ray, pixel: vec2<u32>, light: ptr<function, Light>) -> u32 {
     var samples = 0u;
-    start_way(ray, pixel);
-    while (find_stretch(ray)) {
+    start_way(ray, pixel, light);
+    while (find_stretch(ray, light)) {
         forget_last();
         if (!march_span(ray, vec2<f32>(max(span.x, part.x), min(span.y, part.y)), light, &samples)) { break; }
-        leave_stretch(ray);
+        leave_stretch(ray, light);
     }
     return samples;
 }

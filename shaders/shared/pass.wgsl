@@ -2,6 +2,7 @@
 // values jump (`jump_gradient`), and how near a place on a plane is to an edge of the mesh (`edge_on_plane`).
 // #import shared/style.wgsl
 // #import shared/phong.wgsl
+// #import shared/faces.wgsl
 
 // A stretch of a ray over which the field goes linearly from one value to another.
 struct Piece {
@@ -24,6 +25,8 @@ struct Meeting {
     gradient: vec3<f32>,
 }
 
+// The pixel that the ray is of.
+var<private> ray_pixel: vec2<u32>;
 // The largest value, the smallest, or the integral; below 0 before anything was met.
 var<private> ray_number: f32;
 // The length of what was passed, in cube edges.
@@ -36,11 +39,13 @@ var<private> has_last: bool;
 // Where the ray meets each plane that is drawn, still ahead; FAR for others.
 var<private> cut_t: array<f32, MOST_PLANES>;
 
-fn start_passing(ray: Ray) {
+fn start_passing(ray: Ray, pixel: vec2<u32>) {
+    ray_pixel = pixel;
     ray_number = -1.0;
     passed_length = 0.0;
     surface_t = FAR;
     has_last = false;
+    way_out.t = FAR;
     if (with_surfaces) {
         for (var i = 0u; i < MOST_PLANES; i += 1u) {
             let plane = frame.cuts[i];
@@ -109,7 +114,7 @@ fn pass_cuts(ray: Ray, piece: Piece, light: ptr<function, Light>) {
 fn add_plane(ray: Ray, i: u32, t: f32, value: f32, light: ptr<function, Light>) {
     let look = frame.cut_looks[i];
     var color = classify(interval_of(value), value).color;
-    if (look.y > 0.0) { color *= 1.0 - EDGE_INK * edge_on_plane(ray, t, frame.cuts[i].xyz); }
+    if (look.y > 0.0) { color *= 1.0 - EDGE_INK * edge_on_plane(ray, t, i); }
     (*light).color += ((*light).transmittance * look.x) * color;
     (*light).transmittance *= 1.0 - look.x;
 }

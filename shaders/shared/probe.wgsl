@@ -1,5 +1,8 @@
 // The octree's field and its gradient anywhere on a ray, apart from the march, whose place in the tree is lost. src/cpu/probe.rs says more.
 
+// A layer for each plane that is drawn; elsewhere 0.
+@group(0) @binding(24) var cut_edges: texture_2d_array<f32>;
+
 // A surface is looked for in at most so many steps.
 const MAX_STEPS: u32 = 6u;
 // Values so near to a surface's are its.
@@ -51,9 +54,21 @@ fn middle(cell: Cell) -> vec3<f32> {
     return vec3<f32>(cell.low) + 0.5 * f32(cell.size);
 }
 
-// The octree knows no edges.
-fn edge_on_plane(ray: Ray, t: f32, normal: vec3<f32>) -> f32 {
-    return 0.0;
+// Where the ray goes through a face of the surface. The octree may be empty there by rounding: then what is a little farther inside counts.
+fn octree_face(ray: Ray, hit: Hit) -> FacePlace {
+    let vertices = surface_faces[hit.word >> 1u].xyz;
+    let a = bitcast<vec3<f32>>(surface_vertices[vertices.x].xyz);
+    let b = bitcast<vec3<f32>>(surface_vertices[vertices.y].xyz);
+    let c = bitcast<vec3<f32>>(surface_vertices[vertices.z].xyz);
+    var value = probe(ray, hit.t).value;
+    let farther = select(0.5, -0.5, is_exit(hit)) * frame.cell_edge / ray.length;
+    if (value < 0.0) { value = probe(ray, hit.t + farther).value; }
+    return face_place(ray, hit.t, a, b, c, value);
+}
+
+// How much of a pixel an edge of the mesh covers on a plane: drawn before, by the stage `cut_edges`.
+fn edge_on_plane(ray: Ray, t: f32, i: u32) -> f32 {
+    return textureLoad(cut_edges, ray_pixel, i, 0).r;
 }
 
 fn jump_gradient(ray: Ray, t: f32) -> vec3<f32> {

@@ -20,18 +20,19 @@ fn march(ray: Ray, pixel: vec2<u32>, light: ptr<function, Light>) -> u32 {
     // Whether another stretch is to be found, and where the present one ends.
     var is_over = true;
     var end = 0.0;
-    start_way(ray, pixel);
+    start_way(ray, pixel, light);
     loop {
         if (is_over) {
-            if (!find_stretch(ray)) { break; }
+            if (!find_stretch(ray, light)) { break; }
             is_over = false;
+            if (boundary_faces) { forget_place(); }
             end = min(span.y, part.y);
             let begin = max(span.x, t);
             let steps = floor(max(part.x, begin) / step);
             let first = max(steps * step, begin);
             if (first >= end) {
                 is_over = true;
-                leave_stretch(ray);
+                leave_stretch(ray, light);
                 continue;
             }
             if (has_front && first <= last) {
@@ -72,7 +73,7 @@ fn march(ray: Ray, pixel: vec2<u32>, light: ptr<function, Light>) -> u32 {
             }
         }
         if (is_over) {
-            leave_stretch(ray);
+            leave_stretch(ray, light);
         } else {
             i += 1.0;
             t = min(i * step, span.y);

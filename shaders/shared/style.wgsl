@@ -41,6 +41,11 @@ struct Style {
     of_length: f32,
     offset: f32,
     gradient_floor: f32,
+    // Of boundary faces: whether edges are drawn (1 or 0), whether they have the colours of the values on them, else their own, and opacity.
+    face_edges: f32,
+    face_values: f32,
+    face_color: vec3<f32>,
+    face_opacity: f32,
 }
 
 @group(0) @binding(23) var<uniform> style: Style;

@@ -60,6 +60,9 @@ var<private> hit_next: u32;
 // Whether there are more after these.
 var<private> hit_more: bool;
 var<private> surface_after: Hit;
+// Where the last interval begins and ends.
+var<private> first_hit: Hit;
+var<private> last_hit: Hit;
 // How often the line has entered less how often it has left.
 var<private> surface_inside: i32;
 
@@ -159,8 +162,14 @@ fn next_interval() -> vec2<f32> {
         hit_next += 1u;
         let before = surface_inside;
         surface_inside += select(1, -1, is_exit(hit));
-        if (before == 0 && surface_inside == 1 && hit.t > end) { start = hit.t; }
-        if (before == 1 && surface_inside == 0) { end = hit.t; }
+        if (before == 0 && surface_inside == 1 && hit.t > end) {
+            start = hit.t;
+            first_hit = hit;
+        }
+        if (before == 1 && surface_inside == 0) {
+            end = hit.t;
+            last_hit = hit;
+        }
     }
     start = max(start, 0.0);
     return select(vec2<f32>(FAR, -FAR), vec2<f32>(start, end), end > start);

@@ -71,6 +71,7 @@ impl Viewer {
             Err(error) => self.fail(error.into()),
         }
         self.take_compiled();
+        self.take_cut(ctx);
         if self.viewport.is_marching() {
             return ctx.request_repaint();
         }
@@ -109,6 +110,7 @@ impl Viewer {
         if !self.is_compiled(ctx, slot, &scene, &view) {
             return true;
         }
+        self.cut(ctx, &scene, &view);
         self.marching = slot;
         let (rows, refining) = (pace.rows_at_rest(self.size), self.viewport.is_refining(slot, &view));
         let marched = if divisor > 1 || (rows == self.size[1] && !refining) {
@@ -136,6 +138,28 @@ impl Viewer {
         }
         ctx.request_repaint();
         true
+    }
+
+    /// Has the mesh's edges on planes made in the background that a picture is to show; until they are there it is drawn without.
+    fn cut(&mut self, ctx: &egui::Context, scene: &Arc<Scene>, view: &View) {
+        if self.cutting.is_none() && !self.renderer.has_cut_edges(scene, view) {
+            let (renderer, scene, view) = (self.renderer.clone(), scene.clone(), view.clone());
+            self.cutting = Some(Job::start(ctx, move |progress, results| {
+                progress.begin("cutting the mesh", 0);
+                results.give(renderer.cut_edges(&scene, &view).map_err(Into::into));
+            }));
+        }
+    }
+
+    /// Takes note of edges that are made by now: pictures are drawn anew with them.
+    fn take_cut(&mut self, ctx: &egui::Context) {
+        let Some(ended) = self.cutting.as_ref().map(Job::poll).filter(|ended| !matches!(ended, Polled::Pending)) else { return };
+        self.cutting = None;
+        match outcome(ended) {
+            Ok(_) => [Slot::Octree, Slot::Kept].into_iter().for_each(|slot| self.shown[slot as usize] = None),
+            Err(error) => self.fail(error),
+        }
+        ctx.request_repaint();
     }
 
     /// Whether the shaders of a picture are compiled. If not they are, in the background: the picture before stays.

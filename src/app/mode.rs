@@ -3,7 +3,7 @@
 use super::color_choice::color_button;
 use super::viewer::Viewer;
 use super::widgets::{choice, combo, row, rows, significant};
-use crate::view::{Isosurface, Isosurfaces, LightSource, Mode, Shading};
+use crate::view::{Faces, Isosurface, Isosurfaces, LightSource, Mode, Shading};
 use egui::{DragValue, Slider, SliderClamping, Ui};
 
 /// Modes by what they are called in the list.
@@ -32,13 +32,15 @@ impl Viewer {
             });
         });
         // Without a surface there would be nothing to see.
-        if let (Mode::Iso, Some(range), false) = (render.mode, range, render.with_surfaces()) {
+        let has_surfaces = render.with_surfaces() || render.drawn_faces().is_some();
+        if let (Mode::Iso, Some(range), false) = (render.mode, range, has_surfaces) {
             render.isosurfaces = first_surface(range);
         }
         if render.mode.is_number() {
             return;
         }
         isosurfaces(ui, &mut render.isosurfaces, range);
+        boundary_faces(ui, &mut render.faces);
         shading(ui, &mut render.shading, render.mode, towards_eye);
     }
 }
@@ -87,6 +89,24 @@ fn isosurfaces(ui: &mut Ui, surfaces: &mut Isosurfaces, range: Option<[f64; 2]>)
     }
 }
 
+/// Whether the boundary faces are drawn, and how.
+fn boundary_faces(ui: &mut Ui, faces: &mut Option<Faces>) {
+    ui.horizontal(|ui| {
+        let mut are_drawn = faces.is_some();
+        let tip = "The faces that the data end at, in depth order with the volume";
+        if ui.checkbox(&mut are_drawn, "Boundary faces").on_hover_text(tip).changed() {
+            // So that what lies behind is seen from the first.
+            *faces = are_drawn.then_some(Faces { opacity: 0.3, ..Faces::default() });
+        }
+        let Some(faces) = faces else { return };
+        ui.push_id("faces", |ui| {
+            ui.add(DragValue::new(&mut faces.opacity).range(0.0..=1.0).speed(0.01).max_decimals(2)).on_hover_text("Their opacity, 0 to 1");
+            own_color(ui, &mut faces.color);
+            ui.checkbox(&mut faces.edges, "edges").on_hover_text("The edges of the mesh on its boundary; a volume has none");
+        });
+    });
+}
+
 /// A colour of its own, or the transfer function's; whether it changed.
 fn own_color(ui: &mut Ui, color: &mut Option<[f32; 3]>) -> bool {
     let mut is_own = color.is_some();
@@ -114,7 +134,7 @@ fn shading(ui: &mut Ui, shading: &mut Shading, mode: Mode, towards_eye: glam::DV
             ui.checkbox(&mut shading.volume, "volume").on_hover_text("Phong's reflection by the field's gradient, all along each ray");
         }
         ui.checkbox(&mut shading.surfaces, "isosurfaces")
-            .on_hover_text("Phong's reflection; without it surfaces are flat patches of colour");
+            .on_hover_text("Phong's reflection, of boundary faces too; without it surfaces are flat patches of colour");
     });
     if !(shading.surfaces || (shading.volume && mode == Mode::Composite)) {
         return;

@@ -181,7 +181,7 @@ pub fn build_octree(
     progress.check()?;
     let (scene, upload_s) = renderer.octree_scene(data, texture, surface.clone())?;
     Ok(OctreeModel {
-        scene: Arc::new(scene),
+        scene: Arc::new(scene.with_mesh(data.mesh().cloned())),
         field: selection.clone(),
         value_range: subject.range(),
         nodes: tree.node_count(),

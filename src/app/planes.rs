@@ -93,7 +93,7 @@ fn plane_rows(ui: &mut Ui, number: usize, plane: &mut Plane, bounds: Aabb, towar
         ui.horizontal(|ui| {
             ui.label("   opacity");
             ui.add(DragValue::new(opacity).range(0.0..=1.0).speed(0.01).max_decimals(2)).on_hover_text("0 to 1");
-            ui.checkbox(edges, "edges").on_hover_text("The tets' edges on the plane; the exact picture has them");
+            ui.checkbox(edges, "edges").on_hover_text("The tets' edges on the plane, exact in both pictures");
         });
     }
     is_gone

@@ -76,6 +76,7 @@ pub struct Viewer {
     pub(super) pixels_per_point: f64,
     /// Shaders that a picture waits for.
     pub(super) compiling: Option<(Slot, Job<Result<()>>)>,
+    pub(super) cutting: Option<Job<Result<()>>>,
     status: Status,
     pub(super) renderer: Arc<Renderer>,
     /// Of the pictures, by slot.
@@ -187,6 +188,7 @@ impl Viewer {
             pictures: Pictures::default(),
             pixels_per_point: 1.0,
             compiling: None,
+            cutting: None,
             status: Status::default(),
             renderer,
             paces: Default::default(),
@@ -306,6 +308,7 @@ impl Viewer {
             self.exact.job.as_ref().map(Job::progress),
             self.saving.as_ref().map(Job::progress),
             self.compiling.as_ref().map(|(_, job)| job.progress()),
+            self.cutting.as_ref().map(Job::progress),
             self.probe.progress(),
             self.tuning.progress(),
         ];

@@ -1,7 +1,7 @@
 //! Flags that say what a pixel shows.
 
 use super::args::parse_color;
-use crate::view::{Isosurface, Isosurfaces, LightSource, Mode, NotAPlane, Phong, Plane, PlaneUse, Planes, RenderSettings, Shading};
+use crate::view::{Faces, Isosurface, Isosurfaces, LightSource, Mode, NotAPlane, Phong, Plane, PlaneUse, Planes, RenderSettings, Shading};
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
@@ -37,10 +37,22 @@ pub struct ModeArgs {
     /// The opacity of such planes
     #[arg(long, value_name = "A", default_value_t = 1.0, requires = "cut", value_parser = parse_opacity)]
     pub cut_opacity: f32,
-    /// Draw the tets' edges on such planes; the exact renderer knows them
+    /// Draw the tets' edges on such planes
     #[arg(long, requires = "cut")]
     pub cut_edges: bool,
-    /// Shading by the field's gradient [default: phong for isosurfaces, none for the volume]
+    /// Draw the boundary faces, in the colours of the values on them, in depth order with the volume; alone with --mode iso
+    #[arg(long)]
+    pub faces: bool,
+    /// Their opacity
+    #[arg(long, value_name = "A", default_value_t = 1.0, requires = "faces", value_parser = parse_opacity)]
+    pub face_opacity: f32,
+    /// Their colour, linear RGB in [0, 1] [default: the transfer function's]
+    #[arg(long, value_name = "R,G,B", requires = "faces", value_parser = parse_color)]
+    pub face_color: Option<[f32; 3]>,
+    /// Draw the edges of the mesh's boundary faces
+    #[arg(long, requires = "faces")]
+    pub face_edges: bool,
+    /// Shading by the field's gradient [default: phong for isosurfaces and boundary faces, none for the volume]
     #[arg(long, value_enum)]
     pub shade: Option<ShadeArg>,
     /// Where light comes from: the camera, or a direction in the world
@@ -108,10 +120,10 @@ impl ModeArgs {
         }
         Isosurfaces::new(&self.isosurfaces())?;
         Planes::new(&self.planes())?;
-        if mode == Mode::Iso && !used.with_surfaces() {
-            bail!("--mode iso draws surfaces of equal value; say which with --iso V (or planes with --cut)");
+        if mode == Mode::Iso && !used.with_surfaces() && used.drawn_faces().is_none() {
+            bail!("--mode iso draws surfaces of equal value; say which with --iso V (or planes with --cut, or --faces)");
         }
-        for (flag, is_given) in [("--iso", !self.iso.is_empty()), ("--cut", !self.cut.is_empty())] {
+        for (flag, is_given) in [("--iso", !self.iso.is_empty()), ("--cut", !self.cut.is_empty()), ("--faces", self.faces)] {
             if mode.is_number() && is_given {
                 bail!("{flag} is drawn with --mode composite or iso; the mode is {mode}");
             }
@@ -149,7 +161,8 @@ impl ModeArgs {
         };
         let isosurfaces = Isosurfaces::new(&self.isosurfaces()).unwrap_or_default();
         let planes = Planes::new(&self.planes()).unwrap_or_default();
-        RenderSettings { mode: self.mode(), isosurfaces, planes, shading, ..settings }
+        let own = Faces { opacity: self.face_opacity, color: self.face_color, edges: self.face_edges };
+        RenderSettings { mode: self.mode(), isosurfaces, planes, faces: self.faces.then_some(own), shading, ..settings }
     }
 }
 
@@ -219,6 +232,9 @@ mod tests {
         let planes = settings("--clip -x=1 --cut 0,0,2:0,0,1 --cut-opacity 0.5 --cut-edges").expect("valid").planes;
         let used: Vec<_> = planes.iter().map(|plane| (plane.normal, plane.used)).collect();
         assert_eq!(used, [(DVec3::NEG_X, PlaneUse::Clip), (DVec3::Z, PlaneUse::Cut { opacity: 0.5, edges: true })]);
+        let faces = settings("--mode iso --faces --face-opacity 0.25 --face-color 1,0,0.5 --face-edges").expect("valid").faces;
+        assert_eq!(faces, Some(Faces { opacity: 0.25, color: Some([1.0, 0.0, 0.5]), edges: true }));
+        assert_eq!((settings("--faces").expect("valid").faces, plain.faces), (Some(Faces::default()), None));
         let phong = settings("--shade phong --specular 0 --shininess 3").expect("valid").shading;
         assert!(phong.volume && phong.phong.specular == 0.0 && phong.phong.shininess == 3.0);
     }
@@ -237,6 +253,10 @@ mod tests {
             "--iso 1,2,3,4,5,6,7,8,9",
             "--clip w=1",
             "--mode mip --cut x=0",
+            "--mode mip --faces",
+            "--face-edges",
+            "--faces --face-opacity 2",
+            "--faces --face-color 1,2,0",
             "--cut x=0 --cut-opacity 2",
             "--cut-edges",
             "--clip x=0 --clip y=0 --clip z=0 --cut x=1 --cut y=1 --cut z=1 --cut x=2",

@@ -260,7 +260,7 @@ impl RenderCommand {
         let (scene, upload_s) = renderer.octree_scene(subject, texture, surface)?;
         report.set("time", "upload", upload_s);
         report.set("octree", "activity_bytes", scene.volume().map(OctreeVolume::activity_bytes));
-        Ok(scene)
+        Ok(scene.with_mesh(subject.mesh().cloned()))
     }
 }
 
@@ -314,8 +314,9 @@ fn say_what_is_not_seen(view: &View, subject: &Subject) {
         note(&format!("there is no isosurface {}: the values of {} go from {lo} to {hi}", surface.value, subject.array()));
     }
     let has_edges = settings.planes.iter().any(|plane| matches!(plane.used, PlaneUse::Cut { edges: true, .. }));
-    if has_edges && settings.renderer == RendererKind::Octree {
-        note("the tets' edges on planes are drawn by --renderer exact; the octree does not know them");
+    let has_face_edges = settings.drawn_faces().is_some_and(|faces| faces.edges);
+    if (has_edges || has_face_edges) && subject.mesh().is_none() {
+        note("a volume has no tets, and so no edges to draw");
     }
 }
 

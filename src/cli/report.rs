@@ -117,7 +117,7 @@ impl Report {
                 "voxels": used.settings.voxels, "skip": used.settings.skip().to_string(), "intervals": format!("{:?}", used.settings.intervals).to_lowercase(),
                 "min_transmittance": used.settings.min_transmittance,
                 "mode": used.settings.mode.to_string(), "iso": used.settings.isosurfaces.iter().map(|surface| surface.value).collect::<Vec<_>>(),
-                "isosurfaces": used.settings.isosurfaces, "planes": used.settings.planes, "shading": used.settings.shading,
+                "isosurfaces": used.settings.isosurfaces, "planes": used.settings.planes, "faces": used.settings.faces, "shading": used.settings.shading,
                 "session": view.session.as_ref().map(|_| used.settings), // as it was drawn, with the flags beside it counted in
             })
         });

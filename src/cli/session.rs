@@ -34,6 +34,7 @@ const CAMERA: [&str; 3] = ["camera", "orbit", "zoom"];
 const RAW: [&str; 4] = ["dims", "voxel", "spacing", "big_endian"];
 const ISOSURFACES: [&str; 3] = ["iso", "iso_opacity", "iso_color"];
 const PLANES: [&str; 4] = ["clip", "cut", "cut_opacity", "cut_edges"];
+const FACES: [&str; 4] = ["faces", "face_opacity", "face_color", "face_edges"];
 const PHONG: [&str; 5] = ["light", "ambient", "diffuse", "specular", "shininess"];
 const THRESHOLDS: [&str; 10] = [
     "preset",
@@ -72,6 +73,7 @@ impl Given {
         take(&["mode"], |to, from| to.mode = from.mode);
         take(&ISOSURFACES, |to, from| to.isosurfaces = from.isosurfaces);
         take(&PLANES, |to, from| to.planes = from.planes);
+        take(&FACES, |to, from| to.faces = from.faces);
         take(&["shade"], |to, from| to.shading = Shading { phong: to.shading.phong, ..from.shading });
         take(&PHONG, |to, from| to.shading.phong = from.shading.phong);
         settings
@@ -87,7 +89,7 @@ impl SessionView {
 
 impl SessionArgs {
     /// Reads the session, if there is one, and puts what it says where no flag says otherwise. Thresholds, the data's file, the camera,
-    /// isosurfaces, planes and Phong's numbers are taken from flags or the session as a whole.
+    /// isosurfaces, planes, boundary faces and Phong's numbers are taken from flags or the session as a whole.
     pub fn apply(&self, mesh: &mut MeshArgs, raw: &mut RawArgs, octree: &mut OctreeArgs, view: &mut ViewArgs) -> Result<Option<Session>> {
         let Some(path) = &self.file else { return Ok(None) };
         let session = Session::read(path)?;
@@ -156,7 +158,7 @@ impl FromArgMatches for SessionArgs {
 
 impl Args for SessionArgs {
     fn augment_args(command: Command) -> Command {
-        let help = "Session file (JSON), as the window saves it: data, thresholds, camera, colours, mode; flags go before what it says, those of one kind as a whole: thresholds, the camera, isosurfaces, planes, Phong";
+        let help = "Session file (JSON), as the window saves it: data, thresholds, camera, colours, mode; flags go before what it says, those of one kind as a whole: thresholds, the camera, isosurfaces, planes, faces, Phong";
         command.arg(Arg::new("session").long("session").value_name("FILE").value_parser(clap::value_parser!(PathBuf)).help(help))
     }
 
@@ -244,7 +246,7 @@ mod tests {
         let others = ["tf", "size", "renderer", "device", "steps", "step", "voxels", "skip", "intervals", "mode", "xray", "shade", "help"];
         // Changes of the session's own transfer function.
         let changes = ["range", "scale", "unit_distance", "discrete", "opacity_scale"];
-        let known = [&CAMERA[..], &ISOSURFACES, &PLANES, &PHONG, &others, &changes].concat();
+        let known = [&CAMERA[..], &ISOSURFACES, &PLANES, &FACES, &PHONG, &others, &changes].concat();
         for arg in ViewFlags::command().get_arguments() {
             assert!(known.contains(&arg.get_id().as_str()), "--{} beside --session", arg.get_id());
         }

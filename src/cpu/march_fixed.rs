@@ -31,13 +31,16 @@ pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, gathered: &mut Gath
         let (span, end) = match stretch {
             Some(stretch) => stretch,
             None => {
-                let Some([span, part]) = way.find_stretch(ray) else { return };
+                let Some([span, part]) = way.find_stretch(scene, ray, gathered) else { return };
+                if scene.with_faces {
+                    leaf.exit = -FAR;
+                }
                 let end = span[1].min(part[1]);
                 let begin = span[0].max(t);
                 let steps = (part[0].max(begin) / step).floor();
                 let first = (steps * step).max(begin);
                 if first >= end {
-                    way.leave_stretch(ray);
+                    way.leave_stretch(scene, ray, gathered);
                     continue;
                 }
                 if front.is_some_and(|(_, last)| first <= last) {
@@ -81,7 +84,7 @@ pub(super) fn march(scene: &Scene, ray: &Ray, way: &mut Way, gathered: &mut Gath
         }
         if is_over {
             stretch = None;
-            way.leave_stretch(ray);
+            way.leave_stretch(scene, ray, gathered);
         } else {
             i += 1.0;
             t = (i * step).min(span[1]);

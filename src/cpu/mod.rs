@@ -3,6 +3,7 @@
 //! Each file is the twin of the shader of its name: same functions, same order, f32 throughout. Lengths are in edges of the root cube.
 
 mod descent;
+mod faces;
 mod leap;
 mod march_fixed;
 mod march_leaf;
@@ -18,7 +19,10 @@ mod surface_tests;
 
 use descent::{Descent, What};
 pub use descent::{INTERIOR, MAX_DEPTH};
+use faces::FacePlace;
+pub use faces::SEAM;
 pub use march_leaf::MAX_PIECES;
+pub use pass::EDGE_INK;
 pub use pick::{Picked, pick};
 pub use probe::{CLOSE, MAX_STEPS};
 pub use ray::{FAR, PARALLEL};
@@ -26,7 +30,7 @@ pub use surface::{MAX_HITS, TINY, surface_intervals};
 
 use crate::image::Image;
 use crate::mesh::BoundarySurface;
-use crate::octree::{Activity, OctreeTexture, Reconstruction};
+use crate::octree::{Activity, CutEdges, OctreeTexture, Reconstruction};
 use crate::optics::{Classifier, KnotTable, Style};
 use crate::progress::{Cancelled, Progress};
 use crate::view::{CubeRays, Mode, Output, RayFrame, RenderSettings, Skip, Steps};
@@ -55,6 +59,8 @@ pub struct MarchOutput {
 /// What all rays of an image share.
 struct Scene<'a> {
     texture: &'a OctreeTexture,
+    /// The mesh's edges on planes, where they are known.
+    edges: Option<&'a CutEdges>,
     /// Where rays enter and leave the mesh; without it they march through the whole cube.
     surface: Option<&'a BoundarySurface>,
     continuous: bool,
@@ -63,6 +69,8 @@ struct Scene<'a> {
     output: Output,
     style: Style,
     with_surfaces: bool,
+    /// Whether boundary faces are drawn.
+    with_faces: bool,
     rays: CubeRays,
     is_volume_shaded: bool,
     are_surfaces_shaded: bool,
@@ -80,7 +88,7 @@ struct Scene<'a> {
 struct Way<'a> {
     descent: Descent<'a>,
     parts: Parts,
-    /// The part and the span that the ray is in.
+    /// The part that the ray is in, and the span; empty once a face hides what is behind.
     part: [f32; 2],
     span: [f32; 2],
     surface: Option<SurfaceRay<'a>>,
@@ -107,7 +115,7 @@ impl Scene<'_> {
     /// Marches a ray; returns the pixel and the number of full leaves looked up.
     fn march(&self, ray: &Ray, steps: Steps) -> ([f32; 4], u32) {
         let mut gathered = Gathered::new(self, ray);
-        let mut way = Way::start(self, ray);
+        let mut way = Way::start(self, ray, &mut gathered);
         let march_span = match steps {
             Steps::Leaf => march_leaf::march,
             Steps::Paper => march_paper::march,
@@ -116,13 +124,13 @@ impl Scene<'_> {
                 return (gathered.pixel(self, ray), way.samples);
             }
         };
-        while let Some([span, part]) = way.find_stretch(ray) {
+        while let Some([span, part]) = way.find_stretch(self, ray, &mut gathered) {
             let stretch = [span[0].max(part[0]), span[1].min(part[1])];
             gathered.forget_last();
             if !march_span(self, ray, &mut way, stretch, &mut gathered) {
                 break;
             }
-            way.leave_stretch(ray);
+            way.leave_stretch(self, ray, &mut gathered);
         }
         (gathered.pixel(self, ray), way.samples)
     }
@@ -130,7 +138,7 @@ impl Scene<'_> {
 
 impl<'a> Way<'a> {
     /// Begins with a ray, before its first stretch.
-    fn start(scene: &Scene<'a>, ray: &'a Ray) -> Self {
+    fn start(scene: &Scene<'a>, ray: &'a Ray, gathered: &mut Gathered) -> Self {
         let mut descent = Descent::new(scene.texture, scene.activity);
         let mut parts = match scene.cuts {
             Some(cuts) => Parts::note(ray, &mut descent, cuts),
@@ -144,39 +152,54 @@ impl<'a> Way<'a> {
                 part[0] = next_active(ray, &mut descent, 0.0, ray.t_out);
             }
             if part[0] < ray.t_out {
-                span = next_span(surface.insert(SurfaceRay::start(of_mesh, ray)), ray);
+                span = next_span(scene, ray, &mut descent, surface.insert(SurfaceRay::start(of_mesh, ray)), gathered);
             }
         }
         Way { descent, parts, part, span, surface, samples: 0 }
     }
 
     /// Goes on to the next stretch, or stays in the one that the ray is in: the span and the part that overlap there.
-    fn find_stretch(&mut self, ray: &Ray) -> Option<[[f32; 2]; 2]> {
+    fn find_stretch(&mut self, scene: &Scene, ray: &Ray, gathered: &mut Gathered) -> Option<[[f32; 2]; 2]> {
         while self.span[0] < self.span[1] && self.part[0] < ray.t_out {
             if self.part[0] < self.span[1] && self.span[0] < self.part[1] {
                 return Some([self.span, self.part]);
             }
-            self.leave_stretch(ray);
+            self.leave_stretch(scene, ray, gathered);
         }
         None
     }
 
     /// What ends first makes room for the next.
-    fn leave_stretch(&mut self, ray: &Ray) {
+    fn leave_stretch(&mut self, scene: &Scene, ray: &Ray, gathered: &mut Gathered) {
         if self.part[1] < self.span[1] {
             self.part = self.parts.next();
         } else if let Some(surface) = &mut self.surface {
-            self.span = next_span(surface, ray);
+            let left = surface.last();
+            if scene.with_faces && left.t <= ray.t_out {
+                gathered.leave_mesh(FacePlace::of_hit(scene, ray, &mut self.descent, left));
+            }
+            self.span = next_span(scene, ray, &mut self.descent, surface, gathered);
         } else {
             self.span = [FAR, -FAR];
         }
     }
 }
 
-/// The next interval inside the surface, cut to the cube.
-fn next_span(surface: &mut SurfaceRay, ray: &Ray) -> [f32; 2] {
+/// The next interval inside the surface, cut to the cube; there is none if a face hides it.
+fn next_span(scene: &Scene, ray: &Ray, descent: &mut Descent, surface: &mut SurfaceRay, gathered: &mut Gathered) -> [f32; 2] {
     let (enters, leaves) = surface.next_interval();
-    [enters, leaves.min(ray.t_out)]
+    let leaves = leaves.min(ray.t_out);
+    if scene.with_faces {
+        if enters < leaves {
+            gathered.enter_mesh(scene, ray, FacePlace::of_hit(scene, ray, descent, surface.first()));
+        } else {
+            gathered.end_way_out(scene, ray);
+        }
+        if gathered.is_opaque(scene) {
+            return [FAR, -FAR];
+        }
+    }
+    [enters, leaves]
 }
 
 /// The step at a depth, `L(d) = L_s / 2^(d-1)`, equation (2) of method 1.4.
@@ -203,7 +226,21 @@ pub fn march(
     settings: &RenderSettings,
     progress: &Progress,
 ) -> Result<MarchOutput, Cancelled> {
-    let settings = &settings.for_octree(texture.reconstruction() == Reconstruction::Continuous);
+    march_with_edges(texture, surface, None, frame, classifier, settings, progress)
+}
+
+/// [`march`] with the mesh's edges on the frame's planes; on other planes there are none.
+pub fn march_with_edges(
+    texture: &OctreeTexture,
+    surface: Option<&BoundarySurface>,
+    edges: Option<&CutEdges>,
+    frame: &RayFrame,
+    classifier: &Classifier,
+    settings: &RenderSettings,
+    progress: &Progress,
+) -> Result<MarchOutput, Cancelled> {
+    let is_mesh = surface.is_some_and(|surface| !surface.is_box());
+    let settings = &settings.for_octree(texture.reconstruction() == Reconstruction::Continuous).with_edges(is_mesh);
     let mut image = Image::new(frame.width, frame.height);
     if settings.output == Output::Numbers {
         image.pixels.fill(NO_NUMBERS);
@@ -221,6 +258,7 @@ pub fn march(
     let split = (settings.skip() == Skip::Half).then(|| activity.split(texture));
     let scene = Scene {
         texture,
+        edges: edges.filter(|edges| edges.are_on(&frame.planes)),
         surface,
         continuous: texture.reconstruction() == Reconstruction::Continuous,
         table: &table,
@@ -228,6 +266,7 @@ pub fn march(
         output: settings.output,
         style,
         with_surfaces: settings.with_surfaces(),
+        with_faces: settings.drawn_faces().is_some() && surface.is_some(),
         rays,
         is_volume_shaded: settings.is_volume_shaded(),
         are_surfaces_shaded: settings.shading.surfaces,

@@ -1,12 +1,18 @@
 //! What a ray makes of the values on its way: the twin of `shaders/shared/pass.wgsl`.
 
 use super::descent::Descent;
+use super::faces::FacePlace;
 use super::probe::{meet, probe};
 use super::ray::{FAR, Ray};
 use super::{Scene, is_between};
 use crate::optics::{Light, Lit};
 use crate::view::{Mode, Output, Planes};
 use glam::Vec3;
+
+/// How dark an edge is.
+pub const EDGE_INK: f32 = 0.8;
+/// How far from an edge pixels may be that it covers, in pixels.
+const EDGE_REACH: f32 = 1.5;
 
 /// What a ray has made of its way so far.
 pub(super) struct Gathered {
@@ -21,6 +27,8 @@ pub(super) struct Gathered {
     last: Option<f32>,
     /// Where the ray meets each plane that is drawn, still ahead; [`FAR`] for others.
     cuts: [f32; Planes::MOST],
+    /// Where the ray has left the mesh, unless it goes on there.
+    pub way_out: Option<FacePlace>,
 }
 
 /// A stretch of a ray over which the field goes linearly from one value to another.
@@ -46,7 +54,7 @@ impl Gathered {
                 *t = (plane.w - plane.truncate().dot(ray.origin)) / along;
             }
         }
-        Gathered { light: Light::default(), number: -1.0, length: 0.0, surface_t: FAR, last: None, cuts }
+        Gathered { light: Light::default(), number: -1.0, length: 0.0, surface_t: FAR, last: None, cuts, way_out: None }
     }
 
     /// What comes next does not continue what was passed last.
@@ -109,7 +117,7 @@ impl Gathered {
             let [front, back] = rest.ends;
             let value = front + (back - front) * ((t - begin) / (end - begin));
             self.pass_surfaces(scene, ray, descent, rest.part([begin, t], [front, value]));
-            self.add_cut(scene, i, value);
+            self.add_cut(scene, ray, i, t, value);
             if self.is_opaque(scene) {
                 return;
             }
@@ -118,11 +126,17 @@ impl Gathered {
     }
 
     /// Adds a plane that is drawn, in the colour of the value on it.
-    fn add_cut(&mut self, scene: &Scene, i: usize, value: f32) {
+    fn add_cut(&mut self, scene: &Scene, ray: &Ray, i: usize, t: f32, value: f32) {
         let color = scene.table.classify(scene.table.interval(value), value).color;
-        let [opacity, _] = scene.rays.cut_looks[i];
+        let [opacity, has_edges] = scene.rays.cut_looks[i];
+        let mut ink = self.light.transmittance * opacity;
+        if let (Some(edges), true) = (scene.edges, has_edges > 0.0) {
+            let pixel = scene.rays.pixel_width(t - ray.t_eye);
+            let distance = edges.cuts()[i].distance(ray.origin + ray.direction * t, EDGE_REACH * pixel);
+            ink *= 1.0 - EDGE_INK * distance.map_or(0.0, |distance| (1.0 - (distance / pixel - 0.5)).clamp(0.0, 1.0));
+        }
         for c in 0..3 {
-            self.light.color[c] += self.light.transmittance * opacity * color[c];
+            self.light.color[c] += ink * color[c];
         }
         self.light.transmittance *= 1.0 - opacity;
     }

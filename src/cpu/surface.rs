@@ -73,6 +73,9 @@ pub(super) struct SurfaceRay<'a> {
     /// Whether there are more after these.
     more: bool,
     after: Hit,
+    /// Where the last interval begins and ends.
+    first: Hit,
+    last: Hit,
     /// How often the line has entered less how often it has left.
     inside: i32,
 }
@@ -180,7 +183,19 @@ impl<'a> SurfaceRay<'a> {
     /// Begins with the line of `ray`; nothing is gathered yet.
     pub fn start(surface: &'a BoundarySurface, ray: &'a Ray) -> Self {
         let (hits, after) = ([Hit::FIRST; MAX_HITS], Hit::FIRST);
-        SurfaceRay { surface, ray, sight: Sight::new(ray), hits, count: 0, next: 0, more: true, after, inside: 0 }
+        SurfaceRay {
+            surface,
+            ray,
+            sight: Sight::new(ray),
+            hits,
+            count: 0,
+            next: 0,
+            more: true,
+            after,
+            first: after,
+            last: after,
+            inside: 0,
+        }
     }
 
     /// The next interval of t >= 0 inside the mesh as (t0, t1), t0 < t1; ([`FAR`], -[`FAR`]) if there are no more. Parts of the mesh that
@@ -197,13 +212,25 @@ impl<'a> SurfaceRay<'a> {
             self.inside += if hit.is_exit() { -1 } else { 1 };
             if before == 0 && self.inside == 1 && hit.t > end {
                 start = hit.t;
+                self.first = hit;
             }
             if before == 1 && self.inside == 0 {
                 end = hit.t;
+                self.last = hit;
             }
         }
         let start = start.max(0.0);
         if end > start { (start, end) } else { (FAR, -FAR) }
+    }
+
+    /// Where the ray entered by the last interval.
+    pub fn first(&self) -> Hit {
+        self.first
+    }
+
+    /// Where it left.
+    pub fn last(&self) -> Hit {
+        self.last
     }
 
     /// Takes the next hit, behind t = 0 too.

@@ -38,7 +38,7 @@ pub use pass::RayNumber;
 use pass::{Gathered, Look};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
-use walk::{Entry, Ray, Vertex};
+use walk::{Entry, Ray, RayPoint, Vertex};
 
 /// A mesh and one of its fields, ready to be traced. Owns what it needs: 32 bytes a tet, 32 a point, and a
 /// hierarchy over the boundary faces.
@@ -79,6 +79,27 @@ impl Segment {
         let s_out = if t_out == self.t_out { self.s_out } else { value(t_out) };
         Segment { t_in, t_out, s_in, s_out, tet: self.tet }
     }
+}
+
+/// What a ray meets.
+enum Met {
+    /// A boundary face, through which it enters the mesh.
+    Enters(Crossing),
+    /// The part of it in a tet.
+    Passes(Segment),
+    /// A boundary face, through which it leaves, unless it enters again at the same place.
+    Leaves(Crossing),
+}
+
+/// Where a ray goes through a boundary face.
+#[derive(Debug, Clone, Copy)]
+struct Crossing {
+    /// Distance from the ray's origin in world units; below 0 behind it.
+    t: f64,
+    /// The value there, in data units.
+    value: f64,
+    /// The face's corners.
+    corners: [u32; 3],
 }
 
 /// Memory that one ray hands to the next.
@@ -124,7 +145,7 @@ impl ExactScene {
         size_of_val(&self.vertices[..]) + size_of_val(&self.tets[..]) + cells + self.boundary.bytes()
     }
 
-    /// Draws the image of `frame`, on all threads; the same bits whatever their number. Of the settings, `mode`, `isosurfaces`, `shading` and
+    /// Draws the image of `frame`, on all threads; the same bits whatever their number. Of the settings, `mode`, `isosurfaces`, `faces`, `shading` and
     /// `min_transmittance` count.
     ///
     /// A ray stops once less than `min_transmittance` of what lies behind is still seen, which changes colour and alpha by at most as
@@ -170,9 +191,10 @@ impl ExactScene {
                 progress.check()?;
                 let (origin, direction) = frame.ray(column as u32, row as u32);
                 let mut gathered = Gathered::new(look, origin, direction);
-                let _ = self.visit(origin, direction, scratch, |segment| {
-                    if gathered.pass(segment) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+                let _ = self.visit(origin, direction, scratch, |met| {
+                    if gathered.meet(met) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
                 });
+                gathered.end();
                 *pixel = finish(&gathered);
             }
             progress.add(1);
@@ -184,39 +206,54 @@ impl ExactScene {
     /// overlap. What lies behind the origin is left out.
     pub fn trace(&self, origin: DVec3, direction: DVec3) -> Vec<Segment> {
         let mut segments = Vec::new();
-        let _ = self.visit(origin, direction, &mut Scratch::default(), |segment| {
-            segments.push(segment);
+        let _ = self.visit(origin, direction, &mut Scratch::default(), |met| {
+            if let Met::Passes(segment) = met {
+                segments.push(segment);
+            }
             ControlFlow::Continue(())
         });
         segments
     }
 
-    /// Visits the segments of a ray from the origin on, by distance and without overlap.
+    /// Visits what a ray meets from the origin on, by distance, segments without overlap.
     fn visit(
         &self,
         origin: DVec3,
         direction: DVec3,
         scratch: &mut Scratch,
-        mut visit: impl FnMut(Segment) -> ControlFlow<()>,
+        mut visit: impl FnMut(Met) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let ray = Ray::new(origin / self.unit, direction);
         self.boundary.entries(&ray, &self.vertices, &self.tets, &mut scratch.stack, &mut scratch.entries);
         let mut reached = 0.0;
+        let value = |tet: u32, at: RayPoint| self.cell_values.as_ref().map_or(at.value, |values| values[tet as usize]);
+        let distance = |at: RayPoint| (at.t - ray.eye) * self.unit;
         for entry in &scratch.entries {
-            walk::walk(&ray, &self.vertices, &self.tets, entry, |tet, from, to| {
+            // Whether anything of this chain was not passed before.
+            let mut is_inside = false;
+            let exit = walk::walk(&ray, &self.vertices, &self.tets, entry, |tet, from, to| {
                 // Distances from the eye in world units, clipped to what lies ahead and is not passed yet.
-                let [start, t_out] = [from, to].map(|point| (point.t - ray.eye) * self.unit);
+                let [start, t_out] = [from, to].map(distance);
                 let t_in = start.max(reached);
                 if t_out <= t_in {
                     return ControlFlow::Continue(());
                 }
                 reached = t_out;
+                if !is_inside {
+                    is_inside = true;
+                    let at = entry.at;
+                    visit(Met::Enters(Crossing { t: distance(at), value: value(entry.tet, at), corners: entry.corners() }))?;
+                }
                 let (s_in, s_out) = match &self.cell_values {
                     Some(values) => (values[tet as usize], values[tet as usize]),
                     None => (from.value + (to.value - from.value) * ((t_in - start) / (t_out - start)), to.value),
                 };
-                visit(Segment { t_in, t_out, s_in, s_out, tet })
+                visit(Met::Passes(Segment { t_in, t_out, s_in, s_out, tet }))
             })?;
+            if is_inside && distance(exit.at) >= reached {
+                let at = exit.at;
+                visit(Met::Leaves(Crossing { t: distance(at), value: value(exit.tet, at), corners: exit.corners }))?;
+            }
         }
         ControlFlow::Continue(())
     }

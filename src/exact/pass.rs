@@ -2,9 +2,9 @@
 
 use super::integral::Light;
 use super::transfer::{Sample, Transfer};
-use super::{ExactScene, Segment};
+use super::{Crossing, ExactScene, Met, Segment};
 use crate::mesh::Association;
-use crate::view::{Isosurface, LightSource, Mode, Phong, Plane, PlaneUse, RayFrame, RenderSettings, Shading, TransferFunction};
+use crate::view::{Faces, Isosurface, LightSource, Mode, Phong, Plane, PlaneUse, RayFrame, RenderSettings, Shading, TransferFunction};
 use glam::DVec3;
 
 /// What of a ray is no colour.
@@ -15,6 +15,9 @@ pub struct RayNumber {
     /// Distance along the ray to the first isosurface, world units; NaN where there is none.
     pub depth: f64,
 }
+
+/// Parts of the mesh this near to each other along a ray touch: of the mesh's diagonal.
+const SEAM: f64 = 1e-9;
 
 /// How dark an edge is.
 const EDGE_INK: f64 = 0.8;
@@ -33,6 +36,8 @@ pub(super) struct Look<'a> {
     /// What clips, and what is drawn; relative to the mesh's centre, normals of length 1.
     clips: Vec<Plane>,
     cuts: Vec<Cut>,
+    /// How boundary faces are drawn, if they are.
+    faces: Option<Faces>,
     /// The rays that are followed.
     frame: RayFrame,
 }
@@ -59,6 +64,8 @@ pub(super) struct Gathered<'a> {
     within: [f64; 2],
     /// Where it meets each plane that is drawn, if it does and has not passed it yet.
     cuts: Vec<Option<f64>>,
+    /// Where it has left the mesh, unless it goes on there.
+    way_out: Option<Crossing>,
     origin: DVec3,
 }
 
@@ -93,7 +100,8 @@ impl<'a> Look<'a> {
                 PlaneUse::Cut { opacity, edges } => cuts.push(Cut { plane, opacity: f64::from(opacity), has_edges: edges }),
             }
         }
-        Look { scene, transfer, mode, surfaces, shading, gradient_floor, min_transmittance, clips, cuts, frame: *frame }
+        let faces = settings.drawn_faces();
+        Look { scene, transfer, mode, surfaces, shading, gradient_floor, min_transmittance, clips, cuts, faces, frame: *frame }
     }
 }
 
@@ -117,7 +125,67 @@ impl<'a> Gathered<'a> {
         };
         let cuts = look.cuts.iter().map(cut).collect();
         let (light, value, depth) = (Light::NONE, f64::NAN, f64::NAN);
-        Gathered { look, to_eye: -direction, light, value, length: 0.0, depth, last: None, within, cuts, origin }
+        Gathered { look, to_eye: -direction, light, value, length: 0.0, depth, last: None, within, cuts, way_out: None, origin }
+    }
+
+    /// Passes what the ray meets; whether there may be more to see behind.
+    pub fn meet(&mut self, met: Met) -> bool {
+        match met {
+            Met::Passes(segment) => return self.pass(segment),
+            Met::Leaves(crossing) => self.way_out = Some(crossing),
+            Met::Enters(crossing) => {
+                // At seams the mesh goes on.
+                let seam = SEAM * self.look.scene.diagonal;
+                if self.way_out.take_if(|out| crossing.t <= out.t + seam).is_none() {
+                    self.end();
+                    self.add_face(&crossing);
+                }
+            }
+        }
+        self.light.transmittance >= self.look.min_transmittance
+    }
+
+    /// Ends the ray, or its way up to where it enters the mesh again.
+    pub fn end(&mut self) {
+        if let Some(crossing) = self.way_out.take() {
+            self.add_face(&crossing);
+        }
+    }
+
+    /// Adds a boundary face.
+    fn add_face(&mut self, crossing: &Crossing) {
+        let Look { transfer, scene, shading, faces: Some(faces), .. } = self.look else { return };
+        let [begin, end] = self.within;
+        if !(begin.max(0.0) < crossing.t && crossing.t <= end) {
+            return;
+        }
+        let [a, b, c] = crossing.corners.map(|corner| scene.vertices[corner as usize].position * scene.unit);
+        let color = faces.color.map_or_else(|| transfer.sample(transfer.normalize(crossing.value)).color, |own| own.map(f64::from));
+        let (own, white) = if shading.surfaces { self.reflected(&shading.phong, (b - a).cross(c - a)) } else { (1.0, 0.0) };
+        let mut ink = f64::from(faces.opacity) * self.light.transmittance;
+        if faces.edges {
+            let distance = [(a, b), (b, c), (c, a)].map(|(p, q)| self.distance_to_line(p, q)).into_iter().fold(f64::INFINITY, f64::min);
+            ink *= 1.0 - EDGE_INK * self.covered(distance, crossing.t);
+        }
+        for (light, own_color) in self.light.color.iter_mut().zip(color) {
+            *light += ink * (own_color * own + white);
+        }
+        self.light.transmittance *= 1.0 - f64::from(faces.opacity);
+    }
+
+    /// How far the ray passes by a line.
+    fn distance_to_line(&self, a: DVec3, b: DVec3) -> f64 {
+        let across = self.to_eye.cross(b - a);
+        if across == DVec3::ZERO { f64::INFINITY } else { (a - self.origin).dot(across).abs() / across.length() }
+    }
+
+    /// How much of the pixel a line covers that lies so far beside the ray at a distance from the eye.
+    fn covered(&self, distance: f64, t: f64) -> f64 {
+        let frame = &self.look.frame;
+        // Perspective pixels widen with the distance along the view direction, parallel ones do not.
+        let ahead = t * -self.to_eye.dot(frame.forward.normalize());
+        let pixel = (frame.right_origin + frame.right * ahead).length() * 2.0 / f64::from(frame.width);
+        (1.0 - (distance / pixel - 0.5)).clamp(0.0, 1.0)
     }
 
     /// Passes a segment, as much of it as is not clipped; whether there may be more to see behind.
@@ -160,15 +228,12 @@ impl<'a> Gathered<'a> {
 
     /// Adds a plane that is drawn, at the end of a segment.
     fn add_cut(&mut self, i: usize, t: f64, before: &Segment) {
-        let Look { transfer, cuts, scene, frame, .. } = self.look;
+        let Look { transfer, cuts, scene, .. } = self.look;
         let mut color = transfer.sample(transfer.normalize(before.s_out)).color;
         if cuts[i].has_edges {
             let direction = -self.to_eye;
             let distance = scene.distance_to_edge(before.tet, self.origin + direction * t, cuts[i].plane.normal);
-            // Perspective pixels widen with the distance along the view direction, parallel ones do not.
-            let ahead = t * direction.dot(frame.forward.normalize());
-            let pixel = (frame.right_origin + frame.right * ahead).length() * 2.0 / f64::from(frame.width);
-            let covered = (1.0 - (distance / pixel - 0.5)).clamp(0.0, 1.0);
+            let covered = self.covered(distance, t);
             color = color.map(|c| c * (1.0 - EDGE_INK * covered));
         }
         for (light, own) in self.light.color.iter_mut().zip(color) {
@@ -183,7 +248,7 @@ impl<'a> Gathered<'a> {
         let in_order = |rises: bool, k: usize| if rises { k } else { surfaces.len() - 1 - k };
         let passes = |from: f64, to: f64, i: usize| (from < surfaces[i].0.value) != (to < surfaces[i].0.value);
         // Values jump at faces where they live on cells.
-        let touches = |last: &Segment| segment.t_in - last.t_out <= 1e-9 * self.look.scene.diagonal;
+        let touches = |last: &Segment| segment.t_in - last.t_out <= SEAM * self.look.scene.diagonal;
         if let Some(last) = self.last.filter(touches) {
             for k in 0..surfaces.len() {
                 let i = in_order(segment.s_in > last.s_out, k);

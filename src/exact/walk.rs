@@ -114,7 +114,25 @@ pub(super) fn enter(ray: &Ray, vertices: &[Vertex], tets: &[Tet], (tet, face): B
     enters.then(|| Entry { at: face_point(&triangle), tet, triangle })
 }
 
-/// Visits the tets from an entry to the boundary: `visit(tet, from, to)` in the order they are met.
+/// A boundary face through which a ray leaves the mesh.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Exit {
+    /// Where, and with which value.
+    pub at: RayPoint,
+    /// The tet in front of the face.
+    pub tet: u32,
+    /// Its corners.
+    pub corners: [u32; 3],
+}
+
+impl Entry {
+    /// The face's corners.
+    pub fn corners(&self) -> [u32; 3] {
+        self.triangle.map(|seen| seen.id)
+    }
+}
+
+/// Visits the tets from an entry to the boundary: `visit(tet, from, to)` in the order they are met. Gives where it ends.
 ///
 /// It ends: the entry face of a tet is unique, so no tet of the chain comes twice, and the first has nothing before it.
 pub(super) fn walk(
@@ -123,7 +141,7 @@ pub(super) fn walk(
     tets: &[Tet],
     entry: &Entry,
     mut visit: impl FnMut(u32, RayPoint, RayPoint) -> ControlFlow<()>,
-) -> ControlFlow<()> {
+) -> ControlFlow<(), Exit> {
     let Entry { at: mut from, mut tet, mut triangle } = *entry;
     loop {
         let Tet { corners, neighbours } = &tets[tet as usize];
@@ -135,17 +153,18 @@ pub(super) fn walk(
             [false, true, _] => 2,
             [_, false, true] => 0,
             [true, _, false] => 1,
-            _ => return ControlFlow::Continue(()), // all on one side: impossible while signs are exact
+            _ => return ControlFlow::Continue(Exit { at: from, tet, corners: triangle.map(|seen| seen.id) }), // all on one side: impossible while signs are exact
         };
         let opposite = triangle[replaced].id;
         triangle[replaced] = apex;
         let to = face_point(&triangle);
         visit(tet, from, to)?;
         from = to;
-        tet = (0..4).find(|&i| corners[i] == opposite).map_or(NONE, |face| neighbours[face]);
-        if tet == NONE {
-            return ControlFlow::Continue(());
+        let next = (0..4).find(|&i| corners[i] == opposite).map_or(NONE, |face| neighbours[face]);
+        if next == NONE {
+            return ControlFlow::Continue(Exit { at: to, tet, corners: triangle.map(|seen| seen.id) });
         }
+        tet = next;
     }
 }
 

@@ -37,7 +37,7 @@ pub(super) struct IntervalPass {
     words: Mutex<Option<PartWords>>,
 }
 
-/// How points of the cube lie in the image: `Placing` in `shaders/boxes.wgsl`.
+/// How points of the cube lie in the image: `Placing` in `shaders/shared/placing.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct Placing {

@@ -6,6 +6,7 @@
 
 use super::activity::{ActivityPass, Given, Held, Wants};
 use super::context::{Context, GpuError};
+use super::cut_edges::EdgePass;
 use super::exact_mesh::ExactMesh;
 use super::intervals::{IntervalPass, PartWords, Placing};
 use super::layout::{Counter, Frame};
@@ -36,6 +37,7 @@ pub struct Marcher {
     psi: wgpu::Buffer,
     pub(super) activity: ActivityPass,
     intervals: IntervalPass,
+    edges: EdgePass,
 }
 
 /// What a march goes through.
@@ -56,6 +58,7 @@ struct Variant {
     with_surfaces: bool,
     shade_volume: bool,
     shade_surfaces: bool,
+    faces: bool,
     /// How many planes clip, and how many are drawn.
     planes: [u32; 2],
     isosurfaces: u32,
@@ -92,7 +95,7 @@ impl<'a> Marched<'a> {
     /// The settings as they are taken.
     fn settings(self, settings: &RenderSettings) -> RenderSettings {
         match self {
-            Marched::Octree(volume) => settings.for_octree(volume.continuous),
+            Marched::Octree(volume) => settings.for_octree(volume.continuous).with_edges(!volume.surface.is_box),
             Marched::Exact(_) => *settings,
         }
     }
@@ -100,13 +103,16 @@ impl<'a> Marched<'a> {
     fn variant(self, settings: &RenderSettings) -> Variant {
         let settings = &self.settings(settings);
         let with_surfaces = settings.with_surfaces();
+        let ends_at_surface = matches!(self, Marched::Exact(_) | Marched::Octree(OctreeVolume { clipped: true, .. }));
+        let faces = settings.drawn_faces().is_some() && ends_at_surface;
         Variant {
+            faces,
             through: self.through(settings),
             mode: settings.mode,
             output: settings.output,
             with_surfaces,
             shade_volume: settings.is_volume_shaded(),
-            shade_surfaces: with_surfaces && settings.shading.surfaces,
+            shade_surfaces: (with_surfaces || faces) && settings.shading.surfaces,
             planes: settings.planes.counts(),
             isosurfaces: settings.surfaces().iter().count() as u32,
         }
@@ -176,6 +182,7 @@ impl Marcher {
             pipelines: Mutex::default(),
             activity: ActivityPass::new(&context.device),
             intervals: IntervalPass::new(&context.device),
+            edges: EdgePass::new(context),
             psi: init_buffer(&context.device, "psi", bytemuck::cast_slice(psi_table()), wgpu::BufferUsages::STORAGE),
         })
     }
@@ -254,10 +261,17 @@ impl Marcher {
                 let boxes = given.boxes.as_ref().map(|boxes| (boxes, Placing::new(frame, cube_min, cube_edge)));
                 self.intervals.encode(context, encoder, octree, &uniforms, variant.planes[0], words, boxes, timestamps);
             }
+            let edges_drawn;
             let mut bindings: Vec<_> = shared.into_iter().chain(volume.bindings()).collect();
             if let Marched::Octree(octree) = volume {
                 // Without parts the words are not read.
                 let unread = &octree.activity.masks;
+                let placing = || Placing::new(frame, cube_min, cube_edge);
+                let edges = octree
+                    .cut_lines_on(&frame.planes)
+                    .map(|lines| self.edges.encode(context, encoder, &lines, &uniforms, placing(), target.size()));
+                edges_drawn = edges.unwrap_or_else(|| self.edges.nothing().clone());
+                bindings.push((24, wgpu::BindingResource::TextureView(&edges_drawn)));
                 bindings.push((16, words.as_ref().map_or(unread, |words: &PartWords| &words.buffer).as_entire_binding()));
             }
             if let Some(voxels) = &given.voxels {
@@ -373,8 +387,13 @@ fn layout(device: &wgpu::Device, data: Data) -> wgpu::BindGroupLayout {
     let uniform = buffer(wgpu::BufferBindingType::Uniform);
     let mut types =
         vec![(23, uniform), (0, uniform), (2, read), (3, read), (4, read), (5, image), (6, counter), (8, read), (9, read), (10, read)];
-    // nodes, bricks, activity, part_words.
-    let octree = |storage| vec![(1, nodes_type(storage)), (7, nodes_type(storage)), (15, read), (16, read)];
+    // nodes, bricks, activity, part_words, cut_edges.
+    let edges = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: false },
+        view_dimension: wgpu::TextureViewDimension::D2Array,
+        multisampled: false,
+    };
+    let octree = |storage| vec![(1, nodes_type(storage)), (7, nodes_type(storage)), (15, read), (16, read), (24, edges)];
     types.extend(match data {
         Data::Buffer => octree(NodeStorage::Buffer),
         Data::Texture => octree(NodeStorage::Texture),
@@ -439,6 +458,7 @@ fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, variant: Vari
         ("with_surfaces", flag(variant.with_surfaces)),
         ("shade_volume", flag(variant.shade_volume)),
         ("shade_surfaces", flag(variant.shade_surfaces)),
+        ("boundary_faces", flag(variant.faces)),
         ("isosurfaces", f64::from(variant.isosurfaces)),
         ("clip_planes", f64::from(variant.planes[0])),
         ("cut_planes", f64::from(variant.planes[1])),

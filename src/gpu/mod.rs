@@ -5,6 +5,7 @@
 
 mod activity;
 mod context;
+mod cut_edges;
 mod exact_mesh;
 mod in_flight;
 mod intervals;

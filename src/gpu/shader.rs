@@ -16,6 +16,7 @@ macro_rules! embedded {
 embedded![
     "activity.wgsl",
     "boxes.wgsl",
+    "cut_edges.wgsl",
     "intervals.wgsl",
     "lines.wgsl",
     "march_exact.wgsl",
@@ -29,6 +30,7 @@ embedded![
     "shared/corners.wgsl",
     "shared/cuts.wgsl",
     "shared/descent.wgsl",
+    "shared/faces.wgsl",
     "shared/frame.wgsl",
     "shared/interval.wgsl",
     "shared/leap.wgsl",
@@ -41,6 +43,7 @@ embedded![
     "shared/parts.wgsl",
     "shared/pass.wgsl",
     "shared/phong.wgsl",
+    "shared/placing.wgsl",
     "shared/probe.wgsl",
     "shared/ray.wgsl",
     "shared/segment.wgsl",

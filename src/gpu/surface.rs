@@ -11,6 +11,7 @@ pub struct GpuSurface {
     faces: wgpu::Buffer,
     vertices: wgpu::Buffer,
     bytes: u64,
+    pub(super) is_box: bool,
 }
 
 impl GpuSurface {
@@ -25,6 +26,7 @@ impl GpuSurface {
             faces: storage_buffer(context, "surface faces", surface.faces(), what)?,
             vertices: storage_buffer(context, "surface vertices", surface.vertices(), what)?,
             bytes: surface.bytes() as u64,
+            is_box: surface.is_box(),
         })
     }
 

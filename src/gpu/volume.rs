@@ -2,12 +2,13 @@
 
 use super::activity::DeviceActivity;
 use super::context::{Context, GpuError};
+use super::cut_edges::CutLines;
 use super::shader::NodeStorage;
 use super::surface::{GpuSurface, storage_buffer};
 use super::voxels::VoxelTexture;
 use crate::mesh::BoundarySurface;
-use crate::octree::{BRICK_WORDS, Brick, Node, OctreeTexture, Reconstruction};
-use crate::view::RenderSettings;
+use crate::octree::{BRICK_WORDS, Brick, CutEdges, Node, OctreeTexture, Reconstruction};
+use crate::view::{Planes, RenderSettings};
 use glam::DVec3;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -22,6 +23,8 @@ pub struct OctreeVolume {
     pub(super) texture: Arc<OctreeTexture>,
     pub(super) nodes: Nodes,
     pub(super) activity: DeviceActivity,
+    /// The mesh's edges on planes, those that were asked for last.
+    cut_lines: Mutex<Option<Arc<CutLines>>>,
     /// Made when it is first asked for.
     voxels: Mutex<Option<VoxelTexture>>,
     pub(super) continuous: bool,
@@ -67,6 +70,7 @@ impl OctreeVolume {
         Ok(OctreeVolume {
             activity: DeviceActivity::new(context, texture)?,
             texture: texture.clone(),
+            cut_lines: Mutex::default(),
             voxels: Mutex::default(),
             nodes,
             continuous,
@@ -77,6 +81,18 @@ impl OctreeVolume {
             root_edge,
             bytes: texture.bytes() as u64,
         })
+    }
+
+    /// Copies the mesh's edges on planes (relative to its centre) to the device, for marches with these planes; others have none.
+    pub fn set_cut_edges(&self, context: &Context, edges: &Arc<CutEdges>, planes: &Planes) -> Result<(), GpuError> {
+        let lines = CutLines::upload(context, edges.clone(), planes)?;
+        *self.cut_lines.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(lines));
+        Ok(())
+    }
+
+    /// The edges on these planes, if they are here.
+    pub(super) fn cut_lines_on(&self, planes: &Planes) -> Option<Arc<CutLines>> {
+        self.cut_lines.lock().unwrap_or_else(PoisonError::into_inner).clone().filter(|lines| lines.are_on(planes))
     }
 
     /// Bytes of the surface on the device.

@@ -38,6 +38,7 @@ pub struct BoundarySurface {
     vertices: Vec<SurfaceVertex>,
     faces: Vec<SurfaceFace>,
     nodes: Vec<SurfaceNode>,
+    is_box: bool,
 }
 
 /// A point of the surface, 16 bytes.
@@ -112,7 +113,7 @@ impl BoundarySurface {
             .collect();
         let (nodes, order) = hierarchy(&boxes);
         let faces = order.iter().map(|&i| faces[i as usize]).collect();
-        BoundarySurface { vertices, faces, nodes }
+        BoundarySurface { vertices, faces, nodes, is_box: false }
     }
 
     /// The surface of a box with these corners, number `x + 2 y + 4 z` along its axes, which need not be the world's: 12 triangles. Corners
@@ -125,7 +126,12 @@ impl BoundarySurface {
         }
         let tets = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]];
         let (tets, faces) = adjacency::link(&tets, |_| true);
-        Self::from_linked(&points, cube_min, cube_edge, &tets, faces)
+        BoundarySurface { is_box: true, ..Self::from_linked(&points, cube_min, cube_edge, &tets, faces) }
+    }
+
+    /// Whether it is a volume's box, so that the edges of its triangles mean nothing.
+    pub fn is_box(&self) -> bool {
+        self.is_box
     }
 
     /// The points of the faces, by ascending index among the mesh's points.

@@ -5,6 +5,7 @@
 mod activity;
 mod bound;
 mod brick;
+mod cut_edges;
 mod grid_bound;
 mod lattice;
 mod leaf_boxes;
@@ -23,6 +24,7 @@ mod voxels;
 pub use activity::{ActiveBox, Activity, Split};
 pub use bound::{ErrorBound, error_bound};
 pub use brick::{BRICK_WORDS, Brick, LATTICE, trilinear, trilinear_gradient};
+pub use cut_edges::{Cut, CutEdges};
 pub use grid_bound::grid_error_bound;
 pub use leaf_boxes::LeafBox;
 pub use params::{Boundary, OctreeParams, ParamsError, Preset, Reconstruction, Sampling};

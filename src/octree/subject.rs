@@ -21,6 +21,14 @@ pub enum Subject {
 }
 
 impl Subject {
+    /// The mesh, if it is one.
+    pub fn mesh(&self) -> Option<&Arc<TetMesh>> {
+        match self {
+            Subject::Mesh(mesh, _) => Some(mesh),
+            Subject::Volume(_) => None,
+        }
+    }
+
     /// The array's name.
     pub fn array(&self) -> &str {
         match self {

@@ -50,8 +50,16 @@ pub struct Style {
     pub offset: f32,
     /// The gradient at which a place in the volume is shaded by half: normalised values per cube edge.
     pub gradient_floor: f32,
-    /// Fills the struct to a multiple of 16 bytes.
-    pub _pad: [f32; 3],
+    /// 1 if edges of boundary faces are drawn, else 0.
+    pub face_edges: f32,
+    /// 1 if boundary faces have the colours of the values on them, else 0.
+    pub face_values: f32,
+    /// Fills up to a multiple of 16 bytes.
+    pub _pad: f32,
+    /// Linear RGB of boundary faces, if that is their own.
+    pub face_color: [f32; 3],
+    /// From 0 to 1.
+    pub face_opacity: f32,
 }
 
 impl Style {
@@ -78,6 +86,10 @@ impl Style {
             style.of_product = ((hi - lo) * edge_world / width) as f32;
             style.of_length = (lo * edge_world / width) as f32;
             style.offset = (-first / width) as f32;
+        }
+        if let Some(faces) = settings.drawn_faces() {
+            (style.face_opacity, style.face_color) = (faces.opacity, faces.color.unwrap_or_default());
+            (style.face_values, style.face_edges) = (f32::from(faces.color.is_none()), f32::from(faces.edges));
         }
         let diagonal = classifier.bounds_diagonal();
         style.gradient_floor = (Shading::GRADIENT_FLOOR * if diagonal > 0.0 { edge_world / diagonal } else { 1.0 }) as f32;

@@ -9,13 +9,13 @@ use crate::geometry::Placed;
 use crate::gpu::{self, ExactMesh, FrameTimes, GpuError, GpuSeconds, InFlight, Marched, OctreeVolume, Target};
 use crate::image::Image;
 use crate::mesh::{BoundarySurface, CompactMesh, ScalarField, TetMesh};
-use crate::octree::{Activity, OctreeTexture, Reconstruction};
+use crate::octree::{Activity, CutEdges, OctreeTexture, Reconstruction};
 use crate::optics::{Classifier, Style};
 use crate::progress::{Cancelled, Progress};
-use crate::view::{Mode, Output, RayFrame, RenderSettings, RendererKind, Skip, Steps, View};
+use crate::view::{Mode, Output, PlaneUse, RayFrame, RenderSettings, RendererKind, Skip, Steps, View};
 use glam::DVec3;
 pub use sequence::SequenceError;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 /// Seconds for which a GPU is kept busy before its frames are timed.
@@ -63,6 +63,9 @@ pub struct Scene {
     pub diagonal: f64,
     data: Data,
     fell_back: Option<GpuError>,
+    /// The mesh of an octree, for its edges on planes, and those that were asked for last.
+    mesh: Option<Arc<TetMesh>>,
+    edges: Mutex<Option<Arc<CutEdges>>>,
 }
 
 enum Data {
@@ -167,6 +170,7 @@ impl Renderer {
     /// Makes the picture of a scene. The view's transfer function and camera must be valid.
     pub fn render(&self, scene: &Scene, view: &View, progress: &Progress) -> Result<Picture, RenderError> {
         let frame = scene.frame(view);
+        self.cut_edges(scene, view)?;
         if let Some((gpu, marched, value_range)) = self.on_device(scene) {
             let classifier = scene.classifier(view, value_range);
             let done = gpu.marcher.render(&gpu.context, marched, &frame, &classifier, &view.settings)?;
@@ -176,7 +180,9 @@ impl Renderer {
         let (image, samples) = match &scene.data {
             Data::Octree { texture, surface, .. } => {
                 let classifier = scene.classifier(view, texture.value_range());
-                let done = cpu::march(texture, surface.as_deref(), &frame, &classifier, &view.settings, progress)?;
+                let edges = scene.edges.lock().unwrap_or_else(PoisonError::into_inner).clone();
+                let done =
+                    cpu::march_with_edges(texture, surface.as_deref(), edges.as_deref(), &frame, &classifier, &view.settings, progress)?;
                 (done.image, Some(done.samples))
             }
             Data::Exact(exact) => (exact.render(&frame, &view.transfer_function, &view.settings, progress)?, None),
@@ -222,6 +228,28 @@ impl Renderer {
             Data::ExactOnDevice { mesh, value_range } => Some((gpu, mesh.into(), *value_range)),
             Data::Exact(_) => None,
         }
+    }
+
+    /// Whether the mesh's edges that this view draws on planes of an octree are at hand, or there are none to draw. Without them
+    /// [`Renderer::march`] draws the planes without edges.
+    pub fn has_cut_edges(&self, scene: &Scene, view: &View) -> bool {
+        let planes = scene.frame(view).planes;
+        let asked = view.settings.with_surfaces() && planes.iter().any(|plane| matches!(plane.used, PlaneUse::Cut { edges: true, .. }));
+        let is_cut = || scene.edges.lock().unwrap_or_else(PoisonError::into_inner).as_ref().is_some_and(|edges| edges.are_on(&planes));
+        !asked || scene.mesh.is_none() || scene.kind() == RendererKind::Exact || is_cut()
+    }
+
+    /// Cuts the scene's mesh with the planes on which this view draws edges, unless that was done last: a look at every tet, on whatever
+    /// thread it is called.
+    pub fn cut_edges(&self, scene: &Scene, view: &View) -> Result<(), RenderError> {
+        let (Some(mesh), false) = (&scene.mesh, self.has_cut_edges(scene, view)) else { return Ok(()) };
+        let planes = scene.frame(view).planes;
+        let edges = Arc::new(CutEdges::new(mesh, planes));
+        if let (Some(gpu), Some(volume)) = (&self.gpu, scene.volume()) {
+            volume.set_cut_edges(&gpu.context, &edges, &planes)?;
+        }
+        *scene.edges.lock().unwrap_or_else(PoisonError::into_inner) = Some(edges);
+        Ok(())
     }
 
     /// Whether [`Renderer::march`] of this view can begin at once; else its shaders are to be compiled ([`Renderer::prepare`]).
@@ -332,7 +360,12 @@ impl Gpu {
 
 impl Scene {
     fn of(placed: &impl Placed, data: Data) -> Self {
-        Scene { center: placed.center(), diagonal: placed.bounds().diagonal(), data, fell_back: None }
+        Scene { center: placed.center(), diagonal: placed.bounds().diagonal(), data, fell_back: None, mesh: None, edges: Mutex::default() }
+    }
+
+    /// The same with the mesh that the octree is of, so that its edges can be drawn on planes.
+    pub fn with_mesh(self, mesh: Option<Arc<TetMesh>>) -> Self {
+        Scene { mesh, ..self }
     }
 
     /// Which renderer the scene is for.

@@ -89,8 +89,8 @@ mod tests {
     use crate::mesh::Component;
     use crate::octree::Preset;
     use crate::view::{
-        Camera, Intervals, Isosurface, Isosurfaces, LightSource, Mode, Output, Phong, Plane, PlaneUse, Planes, Projection, RenderSettings,
-        RendererKind, Shading, Skip, Steps, TransferFunction,
+        Camera, Faces, Intervals, Isosurface, Isosurfaces, LightSource, Mode, Output, Phong, Plane, PlaneUse, Planes, Projection,
+        RenderSettings, RendererKind, Shading, Skip, Steps, TransferFunction,
     };
     use glam::DVec3;
 
@@ -124,6 +124,7 @@ mod tests {
                     Plane { point: DVec3::X, normal: DVec3::Z, used: PlaneUse::Cut { opacity: 0.7, edges: true } },
                 ])
                 .expect("valid"),
+                faces: Some(Faces { opacity: 0.3, color: Some([0.5, 0.25, 1.0]), edges: true }),
                 shading: Shading {
                     volume: true,
                     surfaces: false,
@@ -184,6 +185,8 @@ mod tests {
             (r#""render": {"shading": {"phong": {"shininess": 0}}}"#, "shading.phong.shininess is 0"),
             (r#""render": {"shading": {"phong": {"light": {"from": [0, 0, 0]}}}}"#, "render.shading.phong.light"),
             (r#""render": {"isosurfaces": [{"value": 1, "opacity": 2}]}"#, "render.isosurfaces"),
+            (r#""render": {"faces": {"opacity": 2}}"#, "faces.opacity"),
+            (r#""render": {"faces": {"colour": 2}}"#, "colour"),
             (r#""render": {"min_transmittance": 1.0}"#, "render.min_transmittance is 1"),
             (r#""thresholds": {"max_depth": 26}"#, "thresholds: max_depth is 26"),
             (r#""thresholds": {"depth": 6}"#, "thresholds.depth"),

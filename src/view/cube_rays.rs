@@ -120,6 +120,11 @@ impl CubeRays {
         self.size.map(|n| 2.0 / n as f32)
     }
 
+    /// The width of a pixel so far along a ray from the eye, in its t.
+    pub fn pixel_width(&self, t: f32) -> f32 {
+        (self.right_origin + self.right * (t - self.eye_distance)).length() * self.pixel_size()[0]
+    }
+
     /// The ray through the centre of pixel (column, row), row 0 at the top.
     pub fn ray(&self, column: u32, row: u32) -> CubeRay {
         let [width, height] = self.pixel_size();

@@ -3,6 +3,7 @@
 mod camera;
 mod color_map;
 mod cube_rays;
+mod faces;
 mod mode;
 mod orbit;
 mod path;
@@ -18,6 +19,7 @@ mod transfer_function;
 pub use camera::{Camera, CameraError, Projection, RayFrame};
 pub use color_map::{ColorMap, ColorSpace};
 pub use cube_rays::{CubePlanes, CubeRay, CubeRays, high_bits, mul_add};
+pub use faces::Faces;
 pub use mode::{Isosurface, IsosurfaceError, Isosurfaces, LightSource, Mode, NotAMode, Output, Phong, Shading};
 pub use path::{CameraPath, PathError};
 pub use planes::{NotAPlane, Plane, PlaneError, PlaneUse, Planes};

@@ -14,7 +14,7 @@ pub enum PlaneUse {
     Cut {
         /// From 0 (not seen) to 1 (nothing is seen behind it).
         opacity: f32,
-        /// Whether the tets' edges are drawn on it; the exact renderer knows them.
+        /// Whether the tets' edges are drawn on it.
         edges: bool,
     },
 }

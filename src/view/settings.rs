@@ -1,6 +1,6 @@
 //! Everything of a view that is neither camera nor transfer function.
 
-use super::{Camera, Intervals, Isosurfaces, Mode, Output, Planes, Shading, Skip, TransferFunction};
+use super::{Camera, Faces, Intervals, Isosurfaces, Mode, Output, Planes, Shading, Skip, TransferFunction};
 use serde::{Deserialize, Serialize};
 
 /// Which data a picture is made from.
@@ -48,6 +48,9 @@ pub struct RenderSettings {
     /// What clips the picture, and what is drawn where it cuts the data; world coordinates. Drawn planes are in [`Mode::Composite`] and
     /// [`Mode::Iso`] only.
     pub planes: Planes,
+    /// The mesh's boundary faces, if they are drawn: with [`Mode::Composite`] and [`Mode::Iso`]; from an octree where rays end at the mesh's
+    /// surface ([`Boundary::Mesh`](crate::octree::Boundary)).
+    pub faces: Option<Faces>,
     /// What is shaded.
     pub shading: Shading,
     /// Where octree samples lie.
@@ -101,7 +104,12 @@ impl RenderSettings {
         let (from_0, step) = ("a number from 0 to 100", self.step_world.unwrap_or(1.0));
         let is_from_0 = |v: f32| (0.0..=100.0).contains(&v);
         let [width, height] = [self.width, self.height].map(f64::from);
+        let faces = self.faces.unwrap_or_default();
+        let are_shares = |values: &[f32]| values.iter().all(|v| (0.0..=1.0).contains(v));
+        let faces_color = faces.color.unwrap_or_default();
         let checks = [
+            ("faces.opacity", f64::from(faces.opacity), "a number in [0, 1]", are_shares(&[faces.opacity])),
+            ("faces.color", f64::from(faces_color[0]), "three numbers in [0, 1]", are_shares(&faces_color)),
             ("width", width, "1 to 32768 pixels", sides.contains(&width)),
             ("height", height, "1 to 32768 pixels", sides.contains(&height)),
             ("step_world", step, "a number above 0 or null", step.is_finite() && step > 0.0),
@@ -135,17 +143,27 @@ impl RenderSettings {
         !self.mode.is_number() && (!self.isosurfaces.is_empty() || self.planes.are_drawn())
     }
 
+    /// The boundary faces, if they are drawn.
+    pub fn drawn_faces(&self) -> Option<Faces> {
+        self.faces.filter(|_| !self.mode.is_number())
+    }
+
+    /// The same for data of which edges are known or not.
+    pub fn with_edges(self, are_known: bool) -> RenderSettings {
+        RenderSettings { faces: self.faces.map(|faces| Faces { edges: faces.edges && are_known, ..faces }), ..self }
+    }
+
     /// Whether the volume is shaded: where it is drawn.
     pub fn is_volume_shaded(&self) -> bool {
         self.shading.volume && self.mode == Mode::Composite
     }
 
     /// The same for an octree with or without samples at its leaves' corners: without them an isosurface lies between leaves, none of
-    /// which it would make active; and planes are drawn also where nothing is.
+    /// which it would make active; and planes and boundary faces are drawn also where nothing is.
     pub fn for_octree(&self, is_continuous: bool) -> RenderSettings {
         let jumps = !is_continuous && !self.surfaces().is_empty();
         let cuts = self.with_surfaces() && self.planes.are_drawn();
-        RenderSettings { skip: if jumps || cuts { Skip::None } else { self.skip }, ..*self }
+        RenderSettings { skip: if jumps || cuts || self.drawn_faces().is_some() { Skip::None } else { self.skip }, ..*self }
     }
 
     /// Whether a GPU samples voxels: they are asked for, or blocks of them are, and steps are of one length.
@@ -174,6 +192,7 @@ impl RenderSettings {
             output: Output::default(),
             isosurfaces: Isosurfaces::NONE,
             planes: Planes::NONE,
+            faces: None,
             shading: Shading::default(),
             steps: Steps::default(),
             step_world: None,

@@ -82,7 +82,7 @@ impl RecordSubject {
                     "camera": view.camera, "width": view.settings.width, "height": view.settings.height,
                     "transfer_function": view.transfer_function, "steps": format!("{:?}", view.settings.steps).to_lowercase(),
                     "step": view.settings.step_world, "min_transmittance": view.settings.min_transmittance, "mode": view.settings.mode.to_string(),
-                    "isosurfaces": view.settings.isosurfaces, "planes": view.settings.planes, "shading": view.settings.shading,
+                    "isosurfaces": view.settings.isosurfaces, "planes": view.settings.planes, "faces": view.settings.faces, "shading": view.settings.shading,
                 })
             })
             .collect();
