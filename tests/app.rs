@@ -3,6 +3,9 @@
 use egui::accesskit::{Role, Toggled};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+mod steps;
+#[path = "app/time.rs"]
+mod time;
 #[path = "app/tools.rs"]
 mod tools;
 
@@ -58,7 +61,10 @@ fn open(folder: &Path) -> Window {
 
 /// One of another size: as high as what is to be clicked in it needs.
 fn open_sized(folder: &Path, size: egui::Vec2) -> Window {
-    let options = options(folder);
+    open_with(options(folder), size)
+}
+
+fn open_with(options: Options, size: egui::Vec2) -> Window {
     let builder = Harness::builder().with_size(size).with_render_cursor(false).wgpu_setup(wgpu_setup());
     let mut window = builder.build_eframe(|creation| Viewer::new(creation, options).expect("a window"));
     window.state_mut().set_parts(Parts::NONE); // pictures are compared; the frame time would differ

@@ -4,6 +4,7 @@ use super::history::History;
 use super::keys::{self, Action};
 use super::navigate::{AXES, image_position};
 use super::settings::Settings;
+use super::time_stage::Direction;
 use super::viewer::Viewer;
 use crate::geometry::Placed;
 use crate::view::{Camera, Projection, RendererKind};
@@ -71,6 +72,17 @@ impl Histories {
     }
 }
 
+impl Histories {
+    /// Takes a change of the settings that the user did not make.
+    pub fn amend(&mut self, before: &Settings, after: &Settings) {
+        let (before, after) = (without_camera(before), without_camera(after));
+        self.settings.history.amend(&before, &after);
+        if self.settings.seen == before {
+            self.settings.seen = after;
+        }
+    }
+}
+
 /// Settings that differ in nothing if they differ in the camera only.
 fn without_camera(settings: &Settings) -> Settings {
     let camera = Camera { eye: DVec3::X, target: DVec3::ZERO, up: DVec3::Z, projection: Projection::Parallel { view_height: 1.0 } };
@@ -109,6 +121,9 @@ impl Viewer {
                 *parts = parts.with(part, !parts.has(part));
             }
             Action::Theme => ctx.set_theme(if ctx.theme() == egui::Theme::Dark { egui::Theme::Light } else { egui::Theme::Dark }),
+            Action::Play => self.flip_playing(),
+            Action::PreviousStep => self.step_by(Direction::Back),
+            Action::NextStep => self.step_by(Direction::On),
             Action::Help => self.help_is_open = !self.help_is_open,
             Action::UndoSettings | Action::RedoSettings => self.go_back_in_settings(action == Action::UndoSettings),
             Action::UndoCamera => self.settings.camera = self.histories.camera.history.undo(&camera).unwrap_or(camera),

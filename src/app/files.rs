@@ -6,6 +6,7 @@ use super::model::{self, Document};
 use super::settings::{Settings, Transfer};
 use super::viewer::Viewer;
 use crate::format::FORMATS;
+use crate::format::series::SUFFIXES;
 use crate::furniture::Part;
 use crate::mesh::FieldSelection;
 use crate::progress::Progress;
@@ -26,6 +27,8 @@ enum Fate {
     Fresh,
     /// Everything stays.
     Reload,
+    /// Everything stays, and what is open is a step of a series now.
+    Series,
     /// All as the session has it, and where that was read.
     Session(Box<Session>, PathBuf),
 }
@@ -58,9 +61,21 @@ impl Viewer {
         });
     }
 
+    /// Opens the series that the open file is a step of, by its pattern; all that is chosen stays.
+    pub(super) fn open_series(&mut self, ctx: &egui::Context, pattern: PathBuf) {
+        let (source, field, memory_bytes) = (self.document.source.clone(), self.settings.field.clone(), self.memory_bytes());
+        self.load(ctx, move |progress| {
+            let series = Source { file: Some(pattern), ..source.clone() };
+            let steps = series.series()?;
+            let step = steps.and_then(|steps| steps.steps().iter().position(|step| Some(&step.path) == source.file.as_ref()));
+            let document = model::open(Source { step, ..series }, &field, memory_bytes, progress)?;
+            Ok(Some(Opened { document, fate: Fate::Series }))
+        });
+    }
+
     /// Asks for a file, then opens it.
     pub(super) fn choose_file(&mut self, ctx: &egui::Context) {
-        let all: Vec<&str> = FORMATS.iter().flat_map(|format| format.suffixes).copied().chain(["json"]).collect();
+        let all: Vec<&str> = FORMATS.iter().flat_map(|format| format.suffixes).copied().chain(SUFFIXES).chain(["json"]).collect();
         let dialog = rfd::AsyncFileDialog::new().add_filter("Meshes, volumes, sessions", &all);
         let dialog = FORMATS.iter().fold(dialog, |dialog, format| dialog.add_filter(format.name, format.suffixes));
         self.choose(ctx, dialog);
@@ -108,6 +123,10 @@ impl Viewer {
                 (self.settings, self.opening) = (kept, opening);
                 self.say(format!("read {name} again"));
                 recent = None;
+            }
+            Fate::Series => {
+                (self.settings, self.opening) = (kept, opening);
+                self.say(format!("opened a series of {} steps", self.step().map_or(1, |(_, count)| count)));
             }
             Fate::Session(session, path) => {
                 self.take_session(&session);
@@ -204,11 +223,11 @@ impl Viewer {
         }
     }
 
-    /// Opens a file that was dropped on the window.
+    /// Opens a file that was dropped on the window, or several as a series.
     pub(super) fn take_dropped(&mut self, ctx: &egui::Context) {
-        let dropped = ctx.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
-        if let Some(path) = dropped {
-            self.open(ctx, path);
+        let dropped: Vec<PathBuf> = ctx.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect());
+        if let Some((path, more)) = dropped.split_first() {
+            self.open_source(ctx, Source { more: more.to_vec(), ..Source::file(path) });
         }
     }
 

@@ -6,7 +6,7 @@ use super::viewer::Viewer;
 use egui::{RichText, Ui};
 
 /// Groups by column.
-const COLUMNS: [&[usize]; 2] = [&[0, 1], &[2, 3]];
+const COLUMNS: [&[usize]; 2] = [&[0, 1], &[2, 3, 4]];
 
 impl Viewer {
     /// Shows the sheet if it is asked for.

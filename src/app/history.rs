@@ -32,6 +32,13 @@ impl<T: Clone + PartialEq> History<T> {
         self.future.clear();
     }
 
+    /// A change that is no step to undo: if the present value is the one before it, it is the one after it.
+    pub fn amend(&mut self, before: &T, after: &T) {
+        if self.present == *before {
+            self.present = after.clone();
+        }
+    }
+
     /// Whether there is something to undo, `value` being the present one, at rest or not.
     pub fn has_past(&self, value: &T) -> bool {
         !self.past.is_empty() || *value != self.present
@@ -90,6 +97,15 @@ mod tests {
         assert_eq!(history.undo(&1), Some(0));
         assert_eq!(history.redo(&7), None, "7 was chosen since");
         assert_eq!(history.undo(&7), Some(0));
+    }
+
+    #[test]
+    fn what_is_no_step_is_not_undone() {
+        let mut history = History::new(0);
+        history.note(&1);
+        history.amend(&1, &5);
+        history.amend(&1, &6);
+        assert_eq!((history.undo(&5), history.redo(&0)), (Some(0), Some(5)));
     }
 
     #[test]

@@ -28,6 +28,12 @@ pub enum Action {
     Theme,
     /// Shows or hides the sheet of keys.
     Help,
+    /// Shows one step of a series after the other, or stops.
+    Play,
+    /// The step of a series before.
+    PreviousStep,
+    /// The step of a series after.
+    NextStep,
     /// Settings as they were before the last change.
     UndoSettings,
     /// Takes that back.
@@ -99,7 +105,7 @@ const fn bind(chords: &'static [Chord], action: Action, text: &'static str) -> B
 }
 
 /// All keys, in groups with a name each.
-pub const GROUPS: [(&str, &[Binding]); 4] = [
+pub const GROUPS: [(&str, &[Binding]); 5] = [
     (
         "Picture",
         &[
@@ -162,6 +168,14 @@ pub const GROUPS: [(&str, &[Binding]); 4] = [
             bind(&[key(Key::PageDown)], Action::Advance(-0.05), "move back"),
         ],
     ),
+    (
+        "Time",
+        &[
+            bind(&[key(Key::Space)], Action::Play, "play or pause a series"),
+            bind(&[key(Key::Comma)], Action::PreviousStep, "the step before"),
+            bind(&[key(Key::Period)], Action::NextStep, "the step after"),
+        ],
+    ),
 ];
 
 impl Chord {
@@ -172,6 +186,8 @@ impl Chord {
             Key::Plus => "+",
             Key::Equals => "=",
             Key::Minus => "-",
+            Key::Comma => ",",
+            Key::Period => ".",
             Key::PageUp => "Page Up",
             Key::PageDown => "Page Down",
             key => key.name(),
@@ -193,8 +209,8 @@ impl Chord {
 
     /// Whether widgets that have the keyboard's attention want this key for themselves.
     fn is_widgets(self) -> bool {
-        use Key::{ArrowDown, ArrowLeft, ArrowRight, ArrowUp, End, Home, Minus, PageDown, PageUp};
-        matches!(self.key, ArrowLeft | ArrowRight | ArrowUp | ArrowDown | Home | End | PageUp | PageDown | Minus)
+        use Key::{ArrowDown, ArrowLeft, ArrowRight, ArrowUp, End, Home, Minus, PageDown, PageUp, Space};
+        matches!(self.key, ArrowLeft | ArrowRight | ArrowUp | ArrowDown | Home | End | PageUp | PageDown | Minus | Space)
     }
 }
 
@@ -208,8 +224,9 @@ impl Binding {
 impl Action {
     /// Whether a key held down does it again and again.
     fn repeats(self) -> bool {
-        use Action::{Advance, RedoCamera, RedoSettings, Roll, Turn, UndoCamera, UndoSettings, Zoom};
-        matches!(self, Turn(..) | Roll(_) | Zoom(_) | Advance(_) | UndoSettings | RedoSettings | UndoCamera | RedoCamera)
+        use Action::{Advance, NextStep, PreviousStep, RedoCamera, RedoSettings, Roll, Turn, UndoCamera, UndoSettings, Zoom};
+        let is_move = matches!(self, Turn(..) | Roll(_) | Zoom(_) | Advance(_) | PreviousStep | NextStep);
+        is_move || matches!(self, UndoSettings | RedoSettings | UndoCamera | RedoCamera)
     }
 }
 

@@ -9,6 +9,8 @@
 //! thresholds       those of the octree, and its numbers
 //! files            opening and reloading; sessions
 //! recent           the files that were open lately
+//! time_stage       the steps of a series: shown, read ahead, their range
+//! time_bar         their bar under the picture
 //! problem          why a file could not be opened
 //! pictures         screenshots and turntables
 //! camera_panel     the camera's buttons, clipboard and files
@@ -65,6 +67,8 @@ mod recent;
 mod settings;
 mod slot;
 mod thresholds;
+mod time_bar;
+mod time_stage;
 mod transfer_editor;
 mod tuning;
 mod viewer;

@@ -1,6 +1,6 @@
 //! What the window shows, and the long work that makes it: library calls, each to be run by a [`super::jobs::Job`].
 
-use crate::format;
+use crate::format::{self, Series};
 use crate::geometry::{Aabb, Placed};
 use crate::image::{Background, Image, write_png};
 use crate::mesh::{BoundarySurface, FieldSelection, ScalarField, TetMesh, generate};
@@ -30,6 +30,37 @@ pub struct Document {
     pub data: Data,
     /// The field shown first.
     pub field: FieldSelection,
+    /// The series that it is a step of, or could be.
+    pub time: InTime,
+}
+
+/// How a document stands in time.
+#[derive(Clone, Default)]
+pub enum InTime {
+    /// By itself.
+    #[default]
+    Single,
+    /// By itself, with so many files, itself among them, whose names are this pattern's with another number.
+    Numbered(PathBuf, usize),
+    /// The step of a series, by its number from 0.
+    Step(Arc<Series>, usize),
+}
+
+impl InTime {
+    /// That of what a source names, and the source of the file to read.
+    pub fn of(source: &Source) -> Result<(InTime, Source)> {
+        let Some(series) = source.series()? else {
+            let siblings = source.file.as_deref().filter(|_| source.solution.is_none()).and_then(format::series::siblings);
+            return Ok((siblings.map_or(InTime::Single, |(pattern, count)| InTime::Numbered(pattern, count)), source.clone()));
+        };
+        let (step, count, [first, last]) = (source.step.unwrap_or(0), series.steps().len(), series.span());
+        let Some(chosen) = series.steps().get(step) else {
+            let path = source.file.as_ref().map_or(String::new(), |path| path.display().to_string());
+            bail!("{path}: has {count} steps, times {first} to {last}; there is no step {step}");
+        };
+        let file = source.at(&chosen.path);
+        Ok((InTime::Step(Arc::new(series), step), file))
+    }
 }
 
 /// What an open file holds. Copies share it.
@@ -55,6 +86,14 @@ impl Data {
         match self {
             Data::Mesh(mesh) => Some(mesh),
             Data::Volume(_) => None,
+        }
+    }
+
+    /// Bytes in memory.
+    pub fn bytes(&self) -> u64 {
+        match self {
+            Data::Mesh(mesh) => mesh.bytes() as u64,
+            Data::Volume(grid) => grid.bytes() as u64,
         }
     }
 
@@ -140,6 +179,26 @@ pub enum ExactStep {
 
 /// Reads a mesh or a volume and checks that it carries the field to show within a budget of memory.
 pub fn open(source: Source, field: &FieldSelection, memory_bytes: u64, progress: &Progress) -> Result<Document> {
+    let (time, file) = InTime::of(&source)?;
+    let (data, field) = read(&file, field, memory_bytes, progress)?;
+    Ok(Document { name: file.stem(), source, data, field, time })
+}
+
+/// The same for a step of a series whose steps are known.
+pub fn open_step(
+    (series, step): (Arc<Series>, usize),
+    source: &Source,
+    field: &FieldSelection,
+    memory_bytes: u64,
+    progress: &Progress,
+) -> Result<Document> {
+    let file = source.at(&series.steps()[step].path);
+    let (data, field) = read(&file, field, memory_bytes, progress)?;
+    Ok(Document { name: file.stem(), source: Source { step: Some(step), ..source.clone() }, data, field, time: InTime::Step(series, step) })
+}
+
+/// The data of one file, and the field to show.
+fn read(source: &Source, field: &FieldSelection, memory_bytes: u64, progress: &Progress) -> Result<(Data, FieldSelection)> {
     let options = source.options(field.name.clone(), field.component, memory_bytes);
     let data = match &source.file {
         Some(path) => match format::read(path, &options, progress)? {
@@ -156,7 +215,7 @@ pub fn open(source: Source, field: &FieldSelection, memory_bytes: u64, progress:
         bail!("{}: regularizing it may take {} MiB, the budget is {} MiB (--memory)", at(), mib(need), mib(memory_bytes));
     }
     let field = FieldSelection { name: Some(subject.array().to_owned()), component: field.component };
-    Ok(Document { name: source.stem(), source, data, field })
+    Ok((data, field))
 }
 
 /// Regularizes a field and copies the texture to the device. `surface` is the mesh's for this field, if an octree before was built with it.

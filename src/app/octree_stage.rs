@@ -20,6 +20,8 @@ pub struct OctreeStage {
     pub accuracy: Measured,
     /// Whether a slider of the thresholds is held.
     pub held: bool,
+    /// Whether another step of a series is soon to be shown: measuring waits.
+    pub is_passing: bool,
     /// How that is measured.
     sampling: ErrorSampling,
     /// What the last build was started for, and its thresholds as they were built.
@@ -57,12 +59,28 @@ impl Measured {
 impl OctreeStage {
     /// Nothing yet.
     pub fn new(sampling: ErrorSampling) -> Self {
-        OctreeStage { model: None, accuracy: Measured::Waiting, held: false, sampling, key: None, job: None, surface: None, full_s: 0.0 }
+        OctreeStage {
+            model: None,
+            accuracy: Measured::Waiting,
+            held: false,
+            is_passing: false,
+            sampling,
+            key: None,
+            job: None,
+            surface: None,
+            full_s: 0.0,
+        }
     }
 
     /// Nothing yet, of another mesh.
     pub fn emptied(&self) -> Self {
         Self::new(self.sampling)
+    }
+
+    /// Takes an octree that was built elsewhere, and what for.
+    pub fn adopt(&mut self, model: OctreeModel, key: (FieldSelection, OctreeParams)) {
+        self.surface = model.surface.clone().map(|surface| (model.field.clone(), surface));
+        (self.model, self.key, self.job, self.accuracy) = (Some(Arc::new(model)), Some(key), None, Measured::Waiting);
     }
 
     /// Takes what jobs have given and starts what is due; `Ok(true)` once the octree is another. With `build` the octree that these settings
@@ -136,7 +154,7 @@ impl OctreeStage {
         match &mut self.accuracy {
             Measured::Done(_) | Measured::Failed => {}
             Measured::Waiting => {
-                let (Some(model), None, false) = (&self.model, &self.job, self.held) else { return Ok(()) };
+                let (Some(model), None, false) = (&self.model, &self.job, self.held || self.is_passing) else { return Ok(()) };
                 let (data, model, sampling) = (data.clone(), model.clone(), self.sampling);
                 let job = Job::start(ctx, move |progress, results| {
                     let measured = model::measure(&data, &model, &sampling, progress, |accuracy| results.give(Ok(accuracy)));

@@ -90,6 +90,12 @@ impl ProbeTool {
         ProbeTool { is_on: self.is_on, kind: self.kind, ..Self::default() }
     }
 
+    /// The data are others: what is marked is read anew.
+    pub fn read_anew(&mut self) {
+        (self.source, self.preparing, self.measuring, self.hovered) = (None, None, None, None);
+        (self.pins_of, self.profile_of) = (None, None);
+    }
+
     /// Whether there is anything to read.
     fn is_needed(&self) -> bool {
         self.is_on || !self.pins.is_empty() || self.ends.len() == 2

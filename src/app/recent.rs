@@ -72,7 +72,7 @@ impl Viewer {
             for source in self.recent.sources() {
                 let Some(path) = &source.file else { continue };
                 let name = path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
-                let is_there = path.exists();
+                let is_there = path.exists() || crate::format::series::is_pattern(path);
                 let text = if is_there { egui::RichText::new(name) } else { egui::RichText::new(format!("{name} (missing)")).weak() };
                 if ui.button(text).on_hover_text(path.display().to_string()).clicked() {
                     chosen = Some(source.clone());

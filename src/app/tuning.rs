@@ -65,6 +65,11 @@ impl Tuning {
         Tuning { cost: self.cost, sweeping: self.sweeping, ..Self::default() }
     }
 
+    /// The chart of other data of the same kind: it stays open.
+    pub fn of_other_data(&self) -> Self {
+        Tuning { is_open: self.is_open, ..self.emptied() }
+    }
+
     /// The settings that were measured so far, in the order of their measurement.
     pub fn rows(&self) -> &[Row] {
         self.record.as_ref().map_or(&[], |record| &record.rows)
@@ -132,7 +137,7 @@ impl Viewer {
     /// Takes what the sweep has measured.
     pub(super) fn run_tuning(&mut self) -> Result<()> {
         if self.tuning.of.as_ref().is_some_and(|of| *of != self.settings.field) {
-            self.tuning = Tuning { is_open: self.tuning.is_open, ..self.tuning.emptied() };
+            self.tuning = self.tuning.of_other_data();
         }
         while let Some(polled) = self.tuning.job.as_ref().map(Job::poll) {
             match polled {

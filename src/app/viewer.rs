@@ -7,7 +7,7 @@ use super::files::{Loading, SessionJob};
 use super::furniture::{self, Look};
 use super::jobs::{Job, Polled, outcome};
 use super::leaves::Leaves;
-use super::model::{self, Data, Document, ExactStep};
+use super::model::{self, Data, Document, ExactStep, InTime};
 use super::navigate;
 use super::octree_stage::{Measured, OctreeStage};
 use super::pace::Pace;
@@ -17,6 +17,7 @@ use super::problem::Problem;
 use super::recent::Recent;
 use super::settings::{Settings, Transfer};
 use super::slot::Slot;
+use super::time_stage::TimeStage;
 use super::transfer_editor::TransferEditor;
 use super::tuning::Tuning;
 use super::viewport::Viewport;
@@ -47,6 +48,7 @@ const BAR: Duration = Duration::from_millis(100);
 pub struct Viewer {
     pub(super) document: Document,
     pub(super) settings: Settings,
+    pub(super) time: TimeStage,
     pub(super) octree: OctreeStage,
     pub(super) viewport: Viewport,
     pub(super) opening: Camera,
@@ -162,8 +164,10 @@ impl Viewer {
             render: RenderSettings { min_transmittance: RenderSettings::INTERACTIVE, ..options.view.settings },
             look: Look::default(),
         };
+        let (data, time) = (Data::of(&options.subject), InTime::of(&options.source)?.0);
         let mut viewer = Viewer {
-            document: Document { name: options.name, source: options.source, data: Data::of(&options.subject), field },
+            time: TimeStage::new(&time, data.bounds().diagonal()),
+            document: Document { name: options.name, source: options.source, data, field, time },
             opening: settings.camera,
             histories: Histories::new(&settings),
             help_is_open: false,
@@ -304,6 +308,7 @@ impl Viewer {
         let named = |(stage, done): (&'static str, Option<f32>)| (if stage.is_empty() { "working" } else { stage }, done);
         let jobs = [
             self.loading.as_ref().map(Job::progress),
+            self.time_progress(),
             self.octree.progress(),
             self.exact.job.as_ref().map(Job::progress),
             self.saving.as_ref().map(Job::progress),
@@ -354,7 +359,13 @@ impl Viewer {
 
     /// The view that fills the viewport.
     pub(super) fn wanted(&self) -> View {
-        self.settings.view(self.size, self.document.data.bounds().diagonal())
+        let shown = self.document.data.bounds().diagonal();
+        // Steps of a series are equally opaque, whatever their bounds.
+        let of_series = self.time.unit_diagonal(shown);
+        let mut view = self.settings.view(self.size, of_series.unwrap_or(shown));
+        let tf = &mut view.transfer_function;
+        tf.unit_distance = tf.unit_distance.or(of_series.map(|diagonal| tf.unit_distance_world(diagonal)));
+        view
     }
 
     /// The same view as it is measured and saved.
@@ -366,6 +377,7 @@ impl Viewer {
     /// Takes what jobs have given and starts those that the settings ask for.
     fn run_jobs(&mut self, ctx: &egui::Context) {
         self.run_loading(ctx);
+        self.run_time(ctx);
         self.run_octree(ctx);
         self.run_exact(ctx);
         self.run_camera_job();
@@ -423,6 +435,7 @@ impl Viewer {
         render.step_world = None;
         self.settings.transfer.forget_data();
         self.settings.transfer.base.unit_distance = None;
+        self.time = self.time.renewed(&document);
         self.document = document;
         self.octree = self.octree.emptied();
         self.transfer_editor.forget_data();
@@ -639,6 +652,7 @@ impl eframe::App for Viewer {
             });
         });
         egui::Panel::bottom("status").exact_size(24.0).resizable(false).show(ui, |ui| self.status_line(ui));
+        self.time_bar(ui);
         self.dock(ui);
         self.run_jobs(&ctx);
         egui::CentralPanel::no_frame().show(ui, |ui| self.picture(ui));

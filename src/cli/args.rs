@@ -3,6 +3,7 @@
 use super::long_work::with_bar;
 use super::mode::ModeArgs;
 use super::session::SessionView;
+use super::steps::StepArgs;
 use super::transfer::TransferArgs;
 use crate::format::{self, RawLayout, ReadOptions, SolutionFile};
 use crate::furniture;
@@ -20,8 +21,11 @@ use std::str::FromStr;
 /// A mesh or a volume, and one of its fields.
 #[derive(Debug, Clone, Args)]
 pub struct MeshArgs {
-    /// The mesh or volume; without one, the bundled wing
+    /// The mesh or volume; without one, the bundled wing. A series: a .pvd or .series file, 'flow_*.vtu', or several files
     pub mesh: Option<PathBuf>,
+    /// More files: the steps of a series, by the numbers in their names
+    #[arg(value_name = "MORE")]
+    pub more: Vec<PathBuf>,
     /// Point or cell array to show [default: the file's active scalars, else the first array]
     #[arg(long, value_name = "NAME")]
     pub array: Option<String>,
@@ -34,6 +38,8 @@ pub struct MeshArgs {
     /// Budget for the memory of mesh and octree, such as 8GiB [default: three quarters of the machine's]
     #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
     pub memory: Option<u64>,
+    #[command(flatten)]
+    pub steps: StepArgs,
 }
 
 impl MeshArgs {
@@ -464,14 +470,15 @@ pub fn read_json<T: serde::de::DeserializeOwned>(path: &Path, what: &str) -> Res
 
 /// Fails early if outputs cannot be written where they are to go, or if one would overwrite another or the mesh.
 pub fn check_outputs(mesh: &MeshArgs, outputs: &[Option<&PathBuf>]) -> Result<()> {
-    let named = [(mesh.mesh.as_deref(), "the mesh"), (mesh.solution.as_deref(), "its solution")];
-    let inputs: Vec<(&Path, &str)> = named.into_iter().filter_map(|(path, what)| Some((path?, what))).collect();
+    let named = [(mesh.mesh.as_deref(), "the mesh"), (mesh.solution.as_deref(), "its solution"), (mesh.list(), "the list of the steps")];
+    let steps = mesh.series().into_iter().flat_map(|series| series.steps()).map(|step| (step.path.as_path(), "a step of the series"));
+    let inputs: Vec<(&Path, &str)> = named.into_iter().filter_map(|(path, what)| Some((path?, what))).chain(steps).collect();
     check_outputs_beside(&inputs, outputs)
 }
 
 /// Fails early if outputs cannot be written where they are to go, or if one would overwrite another or an input, which is named as told.
 pub fn check_outputs_beside(inputs: &[(&Path, &str)], outputs: &[Option<&PathBuf>]) -> Result<()> {
-    let same = |a: &Path, b: &Path| a == b || a.canonicalize().ok().is_some_and(|a| b.canonicalize().ok() == Some(a));
+    let same = |a: &Path, b: &Path| a == b || b.canonicalize().ok().is_some_and(|b| a.canonicalize().ok() == Some(b));
     let outputs: Vec<&Path> = outputs.iter().flatten().map(|path| path.as_path()).collect();
     for (i, &path) in outputs.iter().enumerate() {
         if let Some((_, what)) = inputs.iter().find(|(input, _)| same(input, path)) {

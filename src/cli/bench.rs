@@ -58,7 +58,8 @@ pub struct BenchCommand {
 
 impl BenchCommand {
     /// Builds and draws at each depth and prints the tables.
-    pub fn run(self) -> Result<()> {
+    pub fn run(mut self) -> Result<()> {
+        self.mesh.choose_step()?;
         ensure!(self.view.renderer == RendererArg::Octree, "bench times the octree renderer; the exact one is what it compares with");
         if self.skip_table {
             return skip_table::run(&self.mesh, &self.volume, &self.octree, &self.view, u32::from(self.repeats));

@@ -2,7 +2,7 @@
 
 use super::args::{MeshArgs, RawArgs};
 use super::subject::read_data;
-use crate::format::Data;
+use crate::format::{Data, Series};
 use crate::geometry::Placed;
 use crate::mesh::{DataArray, ScalarField, TetMesh};
 use crate::octree::OctreeParams;
@@ -21,8 +21,12 @@ pub struct InfoCommand {
 }
 
 impl InfoCommand {
-    /// Reads the mesh or volume and says what it holds.
-    pub fn run(self) -> Result<()> {
+    /// Reads the mesh or volume and says what it holds; of a series of which no step is chosen, lists the steps.
+    pub fn run(mut self) -> Result<()> {
+        self.mesh.choose_step()?;
+        if let (Some(series), None, None) = (self.mesh.series(), self.mesh.steps.time, self.mesh.steps.time_step) {
+            return Ok(list(&mut io::stdout().lock(), series)?);
+        }
         let mesh = match read_data(&self.mesh, &self.volume, false)? {
             Data::Mesh(mesh) => mesh,
             Data::Grid(grid) => return Ok(describe_volume(&mut io::stdout().lock(), &grid)?),
@@ -35,6 +39,17 @@ impl InfoCommand {
         describe(&mut out, &mesh, field.as_ref())?;
         Ok(())
     }
+}
+
+/// The steps of a series, none of them read.
+fn list(out: &mut impl Write, series: &Series) -> io::Result<()> {
+    let (steps, [first, last]) = (series.steps(), series.span());
+    writeln!(out, "steps         {}, times {first} .. {last}", steps.len())?;
+    for (i, step) in steps.iter().enumerate() {
+        let missing = if step.path.is_file() { "" } else { "  (missing)" };
+        writeln!(out, "step {i:<8} {}  {}{missing}", step.time, step.path.display())?;
+    }
+    writeln!(out, "--time T or --time-step N say what a step holds")
 }
 
 fn describe(out: &mut impl Write, mesh: &TetMesh, shown: Option<&ScalarField>) -> io::Result<()> {

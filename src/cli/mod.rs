@@ -16,6 +16,7 @@ mod report;
 mod sequence;
 mod session;
 mod skip_table;
+mod steps;
 mod subject;
 mod transfer;
 mod tune;

@@ -47,7 +47,8 @@ pub struct ProbeCommand {
 
 impl ProbeCommand {
     /// Reads, regularizes, looks, prints, writes.
-    pub fn run(self) -> Result<()> {
+    pub fn run(mut self) -> Result<()> {
+        self.mesh.choose_step()?;
         check_outputs(&self.mesh, &[self.output.as_ref()])?;
         let subject = read_subject(&self.mesh, &self.volume)?;
         let tree = regularized(&self.mesh, &subject, &self.octree.params())?;

@@ -43,7 +43,8 @@ pub struct RegularizeCommand {
 
 impl RegularizeCommand {
     /// Reads, regularizes, writes, and says what came out.
-    pub fn run(self) -> Result<()> {
+    pub fn run(mut self) -> Result<()> {
+        self.mesh.choose_step()?;
         let description = self.texture.as_ref().map(|path| path.with_extension("json"));
         check_outputs(&self.mesh, &[self.texture.as_ref(), description.as_ref(), self.corners.as_ref(), self.stats.as_ref()])?;
         let start = Instant::now();

@@ -1,5 +1,7 @@
 //! `octetra render`: a mesh or a volume into a picture.
 
+mod over_time;
+
 use super::args::{MeshArgs, OctreeArgs, RawArgs, ViewArgs, check_outputs, check_outputs_beside, parse_color};
 use super::long_work::with_bar;
 use super::report::Report;
@@ -13,14 +15,18 @@ use crate::image::{Background, Image, write_npy, write_png, write_values_npy};
 use crate::octree::{ErrorBound, OctreeTexture, Subject, Unmet};
 use crate::render::{Renderer, Scene};
 use crate::study::{ErrorSampling, FieldError};
-use crate::view::{Camera, Mode, PlaneUse, RendererKind, Skip, View};
+use crate::view::{Camera, Mode, PlaneUse, RendererKind, Skip, TransferFunction, View};
 use anyhow::{Context, Error, Result, anyhow, bail};
 use clap::Args;
 use glam::{DVec2, DVec3};
+use over_time::RangeOver;
 use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+/// What a view is made from: colours and opacity, and the camera if a file says it.
+type ViewFiles = (TransferFunction, Option<Camera>);
 
 /// `octetra render`.
 #[derive(Debug, Args)]
@@ -54,6 +60,10 @@ pub struct RenderCommand {
     volume: RawArgs,
     #[command(flatten)]
     sequence: SequenceArgs,
+    /// With a series: where no range is named, colours span the values of all steps, for which each is read (time), or each step's own
+    /// (step) [default: time where every step is drawn, else step]
+    #[arg(long, value_name = "time|step", value_enum, help_heading = "Time series")]
+    range_over: Option<RangeOver>,
     /// Also write the float image: float32, height x width x 4, premultiplied RGBA
     #[arg(long, value_name = "OUT.npy", help_heading = "Output")]
     raw: Option<PathBuf>,
@@ -79,6 +89,8 @@ Examples:
   octetra render flow.vtu --preset fine --stats fine.json
   octetra render flow.vtu --furniture bar,axes,box --background 1,1,1
   octetra render --session flow.json --size 2560x1600      what the window showed, larger
+  octetra render flow.pvd --time 0.5                       a step of a series; 'flow_*.vtu' is one, too
+  octetra render flow.pvd -o flow_{i}.png                  every step: flow_000.png, ...
   octetra render flow.vtu --turntable 120 -o turn_{i}.png  a full turn, turn_000.png to turn_119.png
   octetra render scan.nhdr --tf bone.json                  a volume: .nrrd, .nhdr, .mhd, .mha, .vti, .vtk
   octetra render wing.xyz                                  a PLOT3D grid, its solution in wing.q
@@ -89,13 +101,15 @@ impl RenderCommand {
     /// Reads, regularizes, draws, writes.
     pub fn run(mut self) -> Result<()> {
         self.take_session()?;
+        self.mesh.choose_step()?;
         let sequence = self.sequence.sequence(self.output.as_deref(), &self.mesh.stem())?;
         let output = self.output.clone().unwrap_or_else(|| format!("{}.png", self.mesh.stem()).into());
         let numbers = [self.raw.as_ref(), self.value.as_ref(), self.depth.as_ref()];
         if sequence.is_some() && numbers.iter().any(Option::is_some) {
             bail!("--raw, --value and --depth are of one picture; a sequence has many");
         }
-        let pictures = sequence.as_ref().map_or_else(|| vec![output.clone()], Sequence::files);
+        let every_step = self.every_step()?;
+        let pictures = every_step.clone().unwrap_or_else(|| sequence.as_ref().map_or_else(|| vec![output.clone()], Sequence::files));
         // All pictures of a sequence go to one folder under names of their own.
         let [first, last] = [pictures.first(), pictures.last().filter(|_| pictures.len() > 1)];
         let outputs: Vec<Option<&PathBuf>> = [first, last].into_iter().chain(numbers).chain([self.stats.as_ref()]).collect();
@@ -114,11 +128,15 @@ impl RenderCommand {
         }
         self.check_numbers()?;
         let files = self.view.files()?;
+        if every_step.is_some() {
+            return self.draw_steps(&pictures, files);
+        }
 
         let start = Instant::now();
         let subject = read_subject(&self.mesh, &self.volume)?;
         let mut report = Report::new(&subject, start.elapsed().as_secs_f64());
-        let view = self.view.view(&subject, files);
+        let mut view = self.view.view(&subject, files);
+        self.fix_range(&mut view, &subject, RangeOver::Step)?;
         view.transfer_function.check_range(subject.range()).with_context(|| self.mesh.shown_name())?;
         say_what_is_not_seen(&view, &subject);
         report.params(&self.mesh, subject.array(), &self.octree, Some((&self.view, &view)))?;
@@ -321,7 +339,7 @@ fn say_what_is_not_seen(view: &View, subject: &Subject) {
 }
 
 /// Says something on stderr that is no error. A closed stderr is no reason to draw nothing.
-fn note(text: &str) {
+pub(super) fn note(text: &str) {
     let _ = writeln!(std::io::stderr(), "octetra: {text}");
 }
 

@@ -96,6 +96,10 @@ impl SessionArgs {
         let given = &self.given;
         if !given.any(&["mesh"]) {
             mesh.mesh = session.data.file.clone();
+            mesh.more = session.data.more.clone();
+            if !given.any(&["time", "time_step"]) {
+                mesh.steps.time_step = session.data.step;
+            }
             if !given.any(&["solution"]) {
                 mesh.solution = session.data.solution.clone();
             }

@@ -29,10 +29,15 @@ pub fn regularized(args: &MeshArgs, subject: &Subject, params: &OctreeParams) ->
     with_bar(|progress| subject.regularize(params, progress))
 }
 
+/// How files are read.
+pub fn read_options(args: &MeshArgs, raw: &RawArgs) -> ReadOptions {
+    ReadOptions { raw: raw.layout(), ..args.options() }
+}
+
 /// Reads the file that the arguments name, or the bundled mesh. `needs_solution`: a PLOT3D grid without one is an error.
 pub fn read_data(args: &MeshArgs, raw: &RawArgs, needs_solution: bool) -> Result<Data> {
     let Some(path) = &args.mesh else { return Ok(Data::Mesh(args.read()?)) };
-    let mut options = ReadOptions { raw: raw.layout(), ..args.options() };
+    let mut options = read_options(args, raw);
     if !needs_solution && options.solution == SolutionFile::Beside {
         options.solution = SolutionFile::IfBeside;
     }

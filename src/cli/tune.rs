@@ -81,7 +81,8 @@ pub struct TuneCommand {
 
 impl TuneCommand {
     /// Sweeps, prints the table and what to take, writes.
-    pub fn run(self) -> Result<()> {
+    pub fn run(mut self) -> Result<()> {
+        self.mesh.choose_step()?;
         check_outputs(&self.mesh, &[self.json.as_ref(), self.chart.as_ref()])?;
         let transfer_function = self.transfer.read(None)?;
         let subject = read_subject(&self.mesh, &self.volume)?;

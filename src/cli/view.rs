@@ -6,7 +6,6 @@ use super::session::SessionArgs;
 use super::subject::{check_budget, read_subject};
 use crate::app::{self, Options};
 use crate::octree::Subject;
-use crate::session::Source;
 use crate::study::ErrorSampling;
 use crate::view::RendererKind;
 use anyhow::{Context, Result, ensure};
@@ -32,6 +31,7 @@ impl ViewCommand {
     pub fn run(mut self) -> Result<()> {
         ensure!(!matches!(self.view.device, DeviceArg::Cpu), "the window draws on a GPU; octetra render --device cpu draws without one");
         let session = self.session.apply(&mut self.mesh, &mut self.volume, &mut self.octree, &mut self.view)?;
+        self.mesh.choose_step()?;
         let files = self.view.files()?;
         let subject = read_subject(&self.mesh, &self.volume)?;
         if self.view.settings().renderer == RendererKind::Exact && matches!(subject, Subject::Volume(_)) {
@@ -42,7 +42,7 @@ impl ViewCommand {
         check_budget(&self.mesh, &subject)?;
         app::run(Options {
             name: self.mesh.stem(),
-            source: Source { file: self.mesh.mesh.clone(), solution: self.mesh.solution.clone(), raw: self.volume.layout() },
+            source: self.mesh.source(self.volume.layout()),
             session,
             recent: app::recent_file(),
             subject,

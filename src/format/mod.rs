@@ -6,6 +6,7 @@ mod meta_image;
 pub mod nrrd;
 mod plot3d;
 mod raw;
+pub mod series;
 mod source;
 pub mod transfer_file;
 #[cfg(test)]
@@ -19,6 +20,7 @@ use crate::progress::{Cancelled, Progress};
 use crate::volume::Grid;
 pub use plot3d::Plot3dError;
 pub use raw::RawLayout;
+pub use series::Series;
 use source::Source;
 use std::fs::File;
 use std::io;

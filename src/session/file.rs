@@ -100,6 +100,8 @@ mod tests {
         Session {
             data: Source {
                 solution: Some(file.with_extension("q")),
+                more: vec![file.with_extension("more")],
+                step: Some(3),
                 file: Some(file),
                 raw: Some(RawLayout { dims: [2, 3, 4], voxel: "i16", spacing: [0.1, 1.0, 2.0], is_big_endian: true }),
             },
@@ -160,7 +162,9 @@ mod tests {
         let after = root.path().join("after");
         std::fs::rename(&before, &after).expect("moved");
         let read = Session::read(&after.join("odd.json")).expect("read");
-        assert_eq!(read.data, Source { file: Some(after.join("flow.raw")), solution: Some(after.join("flow.q")), raw: session.data.raw });
+        let more = vec![after.join("flow.more")];
+        let expected = Source { file: Some(after.join("flow.raw")), more, solution: Some(after.join("flow.q")), ..session.data };
+        assert_eq!(read.data, expected);
     }
 
     #[test]

@@ -7,6 +7,8 @@
 //!  "background": [0, 0, 0], "transparent": false, "furniture": "bar,axes", "furniture_in_pictures": true}
 //! ```
 //!
+//! Data of a series are `{"file": "flow.pvd", "step": 3}`, or `{"file": "flow_*.vtu"}`, its first step.
+//!
 //! All but the version may be left out; what is unknown is refused by name.
 
 mod file;

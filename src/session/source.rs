@@ -1,5 +1,6 @@
 //! Where data comes from, and where that is as seen from a folder.
 
+use crate::format::series::{Series, SeriesError};
 use crate::format::{RawLayout, ReadOptions, SolutionFile};
 use crate::mesh::Component;
 use serde::{Deserialize, Serialize};
@@ -9,8 +10,14 @@ use std::path::{Component as Part, Path, PathBuf};
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Source {
-    /// The file; `None`: the bundled mesh.
+    /// The file, or what stands for a series of them, as [`Series::open`] takes it; `None`: the bundled mesh.
     pub file: Option<PathBuf>,
+    /// More files, if those of a series are named one by one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub more: Vec<PathBuf>,
+    /// The step of a series, from 0; `None`: the first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step: Option<usize>,
     /// The solution of a PLOT3D grid, if it is not beside it.
     pub solution: Option<PathBuf>,
     /// How to read plain bytes, if the file is of these.
@@ -28,6 +35,16 @@ impl Source {
         self.file.as_deref().and_then(Path::file_stem).map_or("wing".into(), |stem| stem.to_string_lossy().into_owned())
     }
 
+    /// The steps, if it is a series.
+    pub fn series(&self) -> Result<Option<Series>, SeriesError> {
+        self.file.as_deref().map_or(Ok(None), |file| Series::open(file, &self.more))
+    }
+
+    /// The same for the file of one step.
+    pub fn at(&self, file: &Path) -> Self {
+        Source { file: Some(file.to_owned()), more: vec![], step: None, ..self.clone() }
+    }
+
     /// How the file is read for a field within a budget of memory.
     pub fn options(&self, array: Option<String>, component: Component, memory_bytes: u64) -> ReadOptions {
         let component = match component {
@@ -40,13 +57,17 @@ impl Source {
 
     /// The same with other paths.
     pub fn map(self, to: impl Fn(PathBuf) -> PathBuf) -> Self {
-        Source { file: self.file.map(&to), solution: self.solution.map(&to), raw: self.raw }
+        let more = self.more.into_iter().map(&to).collect();
+        Source { file: self.file.map(&to), more, solution: self.solution.map(&to), ..self }
     }
 }
 
 /// A path as seen from a folder, if the two have more than the root in common; else the path in full.
 pub fn relative_to(folder: &Path, path: &Path) -> PathBuf {
-    let full = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path)).unwrap_or_else(|_| path.to_owned());
+    // A pattern is no file, but its folder is one.
+    let beside = |path: &Path| Some(path.parent()?.canonicalize().ok()?.join(path.file_name()?));
+    let full = |path: &Path| path.canonicalize().ok().or_else(|| beside(path)).or_else(|| std::path::absolute(path).ok());
+    let full = |path: &Path| full(path).unwrap_or_else(|| path.to_owned());
     let (folder, path) = (full(folder), full(path));
     let (from, to): (Vec<Part>, Vec<Part>) = (folder.components().collect(), path.components().collect());
     let common = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
@@ -73,6 +94,7 @@ mod tests {
         assert_eq!(relative_to(&data, &file), Path::new("flow.vtu"));
         assert_eq!(relative_to(root.path(), &file), Path::new("data/flow.vtu"));
         assert_eq!(relative_to(&runs, &file), Path::new("../../data/flow.vtu"));
+        assert_eq!(relative_to(&runs, &data.join("flow_*.vtu")), Path::new("../../data/flow_*.vtu"));
         assert_eq!(runs.join(relative_to(&runs, &file)).canonicalize().ok(), file.canonicalize().ok());
     }
 

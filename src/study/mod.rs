@@ -7,6 +7,7 @@ mod error;
 mod frames;
 mod grid_error;
 mod histogram;
+pub mod over_time;
 pub mod probe;
 mod skipping;
 pub mod tune;

@@ -10,7 +10,7 @@ fn place(window: &Window, x: f32, y: f32) -> egui::Pos2 {
 }
 
 /// Goes on, the pointer where it is, until something is there.
-fn wait_for<T>(window: &mut Window, what: &str, found: impl Fn(&Viewer) -> Option<T>) -> T {
+pub fn wait_for<T>(window: &mut Window, what: &str, found: impl Fn(&Viewer) -> Option<T>) -> T {
     let start = Instant::now();
     loop {
         window.step();

@@ -33,6 +33,11 @@ impl HistogramStage {
         &self.heights[1]
     }
 
+    /// Counts the same anew: the data are others.
+    pub fn recount(&mut self) {
+        self.key = None;
+    }
+
     /// Takes what was counted, and counts anew if the field or the range is another. While it counts the old bars stay.
     pub fn run(
         &mut self,

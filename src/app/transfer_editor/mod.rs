@@ -60,6 +60,13 @@ impl TransferEditor {
     }
 }
 
+impl TransferEditor {
+    /// Counts anew; the old bars stay until that is done.
+    pub fn recount(&mut self) {
+        self.histogram.recount();
+    }
+}
+
 impl Viewer {
     /// The transfer function chosen, as it is edited.
     pub fn transfer_function(&self) -> &TransferFunction {

@@ -48,10 +48,10 @@ pub enum VtuError {
     /// It is something else than image data.
     #[error("this is not a .vti file: {0}")]
     NotVti(String),
-    /// It is something else than a structured or rectilinear grid.
+    /// It is something else than a structured or rectilinear grid, or a collection.
     #[error("this is not a .{suffix} file: {reason}")]
     NotStructured {
-        /// "vts" or "vtr".
+        /// "vts", "vtr" or "pvd".
         suffix: &'static str,
         /// What it lacks.
         reason: String,

@@ -34,6 +34,8 @@ pub(in crate::format) enum Kind {
     StructuredGrid,
     /// `.vtr`.
     RectilinearGrid,
+    /// `.pvd`.
+    Collection,
 }
 
 impl Kind {
@@ -44,6 +46,7 @@ impl Kind {
             Kind::ImageData => "ImageData",
             Kind::StructuredGrid => "StructuredGrid",
             Kind::RectilinearGrid => "RectilinearGrid",
+            Kind::Collection => "Collection",
         }
     }
 
@@ -54,6 +57,7 @@ impl Kind {
             Kind::ImageData => VtuError::NotVti(reason),
             Kind::StructuredGrid => VtuError::NotStructured { suffix: "vts", reason },
             Kind::RectilinearGrid => VtuError::NotStructured { suffix: "vtr", reason },
+            Kind::Collection => VtuError::NotStructured { suffix: "pvd", reason },
         }
     }
 }
@@ -189,6 +193,37 @@ pub(in crate::format) fn read_head(source: &Source<'_>, kind: Kind) -> Result<He
         }
     }
     if has_grid { Ok(head) } else { Err(kind.no(format!("it has no element <{}>", kind.name()))) }
+}
+
+/// A file that a collection lists, attributes as they are written.
+#[derive(Debug)]
+pub(in crate::format) struct DataSet {
+    /// The time.
+    pub timestep: Option<String>,
+    /// The path, as seen from the collection.
+    pub file: Option<String>,
+}
+
+/// Reads what a collection lists.
+pub(in crate::format) fn read_collection(source: &Source<'_>) -> Result<Vec<DataSet>, VtuError> {
+    let mut walker = Walker::new(source, Kind::Collection)?;
+    walker.root()?;
+    let (mut data_sets, mut has_collection) = (Vec::new(), false);
+    loop {
+        match walker.next()? {
+            Node::Open(e) if e.name == "Collection" => has_collection = true,
+            Node::Open(e) if e.name == "DataSet" && walker.open.len() == 3 => {
+                walker.count_node()?;
+                let text = |attribute| e.get(attribute).map(str::to_owned);
+                data_sets.push(DataSet { timestep: text("timestep"), file: text("file") });
+                walker.skip()?;
+            }
+            Node::Open(_) => walker.skip()?,
+            Node::Close if walker.open.is_empty() => break,
+            Node::Close | Node::Other => {}
+        }
+    }
+    if has_collection { Ok(data_sets) } else { Err(Kind::Collection.no("it has no element <Collection>".into())) }
 }
 
 /// An opening tag.
@@ -404,7 +439,7 @@ impl<'a> Walker<'a> {
         let mut piece = match self.kind {
             Kind::UnstructuredGrid => Piece { points: count("NumberOfPoints")?, cells: count("NumberOfCells")?, ..Piece::default() },
             Kind::ImageData => Piece { extent: element.extent("Extent")?, ..Piece::default() },
-            Kind::StructuredGrid | Kind::RectilinearGrid => {
+            Kind::StructuredGrid | Kind::RectilinearGrid | Kind::Collection => {
                 let extent = element.extent("Extent")?;
                 // No product of these wraps round: more than can be indexed is refused by its number.
                 let along = |axis: usize| (extent[2 * axis + 1] - extent[2 * axis]) as u64;
