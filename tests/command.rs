@@ -252,6 +252,8 @@ fn what_cannot_be_done_is_said_in_one_line() {
     file("mesh.vtu", "");
     assert!(fails(&["render", "mesh.vtu", "-o", "./mesh.vtu"]).contains("is the mesh"));
     assert!(fails(&["render", "-o", "same", "--stats", "same"]).contains("two outputs"));
+    assert!(fails(&["view", "mesh.vtu", "--stats", "./mesh.vtu"]).contains("is the mesh"));
+    assert!(fails(&["view", "--camera", "camera.json", "--stats", "camera.json"]).contains("is the camera"));
     assert!(fails(&["render", "--memory", "1MiB"]).contains("--memory"));
     assert!(fails(&["info", "--array", "temperature"]).contains("\"suction\""));
     assert!(fails(&["bench", "--max-depth", "5"]).contains("--depths"));

@@ -13,7 +13,7 @@ use crate::progress::Progress;
 use crate::session::{Session, Source};
 use crate::view::RenderSettings;
 use anyhow::{Context, Error, Result};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// What was read, and what becomes of the settings.
 pub struct Opened {
@@ -33,11 +33,24 @@ enum Fate {
     Session(Box<Session>, PathBuf),
 }
 
-/// What is read in the background; `None` if the user gave up.
-pub type Loading = Job<Result<Option<Opened>>>;
+/// What is read in the background.
+pub type Loading = Job<Result<Opened>>;
 
-/// What came of asking where to write a session.
-pub type SessionJob = Job<Result<Option<PathBuf>>>;
+/// A dialog of the system's that is open, and what it is for.
+pub struct Dialog {
+    purpose: Purpose,
+    answer: Job<Result<Option<PathBuf>>>,
+}
+
+/// What becomes of the file that is chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Purpose {
+    Open,
+    SaveSession,
+}
+
+/// A session that is being written, and where.
+pub type SessionJob = Job<Result<PathBuf>>;
 
 impl Viewer {
     /// Opens another mesh or volume, or a session (`.json`), in the background.
@@ -49,16 +62,14 @@ impl Viewer {
     pub(super) fn open_source(&mut self, ctx: &egui::Context, source: Source) {
         let memory_bytes = self.memory_bytes();
         self.say(format!("opening {}", name(&source)));
-        self.load(ctx, move |progress| open(source, memory_bytes, progress).map(Some));
+        self.load(ctx, move |progress| open(source, memory_bytes, progress));
     }
 
     /// Reads the open file again; camera, colours and thresholds stay.
     pub fn reload(&mut self, ctx: &egui::Context) {
         let (source, field, memory_bytes) = (self.document.source.clone(), self.settings.field.clone(), self.memory_bytes());
         self.say(format!("reading {} again", name(&source)));
-        self.load(ctx, move |progress| {
-            Ok(Some(Opened { document: model::open(source, &field, memory_bytes, progress)?, fate: Fate::Reload }))
-        });
+        self.load(ctx, move |progress| Ok(Opened { document: model::open(source, &field, memory_bytes, progress)?, fate: Fate::Reload }));
     }
 
     /// Opens the series that the open file is a step of, by its pattern; all that is chosen stays.
@@ -69,7 +80,7 @@ impl Viewer {
             let steps = series.series()?;
             let step = steps.and_then(|steps| steps.steps().iter().position(|step| Some(&step.path) == source.file.as_ref()));
             let document = model::open(Source { step, ..series }, &field, memory_bytes, progress)?;
-            Ok(Some(Opened { document, fate: Fate::Series }))
+            Ok(Opened { document, fate: Fate::Series })
         });
     }
 
@@ -87,27 +98,66 @@ impl Viewer {
     }
 
     fn choose(&mut self, ctx: &egui::Context, dialog: rfd::AsyncFileDialog) {
-        let (answer, memory_bytes) = (dialog.pick_file(), self.memory_bytes());
-        self.load(ctx, move |progress| {
-            pollster::block_on(answer).map(|file| open(Source::file(file.path()), memory_bytes, progress)).transpose()
-        });
+        if self.may_ask() {
+            self.open_chosen(ctx, chosen(dialog.pick_file()));
+        }
     }
 
-    fn load(&mut self, ctx: &egui::Context, work: impl FnOnce(&Progress) -> Result<Option<Opened>> + Send + 'static) {
+    /// Opens the file that is chosen once it is; `None`: nothing, and what is being read goes on.
+    pub fn open_chosen(&mut self, ctx: &egui::Context, choice: impl Future<Output = Option<PathBuf>> + Send + 'static) {
+        self.ask(ctx, Purpose::Open, choice);
+    }
+
+    /// Whether no dialog is open yet. Beside one that is, another would only hide it.
+    fn may_ask(&mut self) -> bool {
+        if self.dialog.is_some() {
+            self.say("a file dialog is open already");
+        }
+        self.dialog.is_none()
+    }
+
+    /// Waits for a dialog's answer; what is being read meanwhile goes on.
+    fn ask(&mut self, ctx: &egui::Context, purpose: Purpose, choice: impl Future<Output = Option<PathBuf>> + Send + 'static) {
+        let answer = Job::start(ctx, move |_, results| results.give(Ok(pollster::block_on(choice))));
+        self.dialog = Some(Dialog { purpose, answer });
+    }
+
+    /// Takes what a dialog has answered.
+    fn run_dialog(&mut self, ctx: &egui::Context) {
+        let (purpose, ended) = match self.dialog.as_ref().map(|dialog| (dialog.purpose, dialog.answer.poll())) {
+            None | Some((_, Polled::Pending)) => return,
+            Some(ended) => ended,
+        };
+        self.dialog = None;
+        match (outcome(ended), purpose) {
+            (Ok(Some(path)), Purpose::Open) => self.open(ctx, path),
+            (Ok(Some(path)), Purpose::SaveSession) => self.save_session(ctx, path),
+            (Ok(None), _) => {}
+            (Err(error), _) => self.fail(error),
+        }
+    }
+
+    fn load(&mut self, ctx: &egui::Context, work: impl FnOnce(&Progress) -> Result<Opened> + Send + 'static) {
         self.problem = None;
         self.loading = Some(Job::start(ctx, move |progress, results| results.give(work(progress))));
     }
 
-    /// Takes what was read.
-    pub(super) fn run_loading(&mut self, ctx: &egui::Context) {
+    /// Takes what was chosen, read and written.
+    pub(super) fn run_files(&mut self, ctx: &egui::Context) {
+        self.run_dialog(ctx);
+        self.run_loading(ctx);
+        self.run_session_job();
+        self.recent.run(ctx);
+    }
+
+    fn run_loading(&mut self, ctx: &egui::Context) {
         let ended = match self.loading.as_ref().map(Job::poll) {
             None | Some(Polled::Pending) => return,
             Some(ended) => ended,
         };
         self.loading = None;
         match outcome(ended) {
-            Ok(Some(Opened { document, fate })) => self.take(ctx, document, fate),
-            Ok(None) => {}
+            Ok(Opened { document, fate }) => self.take(ctx, document, fate),
             Err(error) => self.fail_to_open(error),
         }
     }
@@ -189,36 +239,36 @@ impl Viewer {
         }
     }
 
-    /// Writes the session to a file.
-    pub fn save_session(&mut self, path: &Path) {
-        match self.session().write(path) {
-            Ok(()) => {
-                self.say(format!("wrote {}", path.display()));
-                self.recent.note(&Source::file(path));
-            }
-            Err(error) => self.fail(error.into()),
-        }
+    /// Writes the session to a file in the background.
+    pub fn save_session(&mut self, ctx: &egui::Context, path: PathBuf) {
+        let session = self.session();
+        self.session_job = Some(Job::start(ctx, move |progress, results| {
+            progress.begin("writing the session", 0);
+            results.give(session.write(&path).map(|()| path).map_err(Into::into));
+        }));
     }
 
     /// Asks where to write the session, then does.
     pub(super) fn ask_session_file(&mut self, ctx: &egui::Context) {
-        let name = format!("{}-session.json", self.document.name);
-        let answer = rfd::AsyncFileDialog::new().add_filter("Sessions", &["json"]).set_file_name(name).save_file();
-        self.session_job = Some(Job::start(ctx, move |_, results| {
-            results.give(Ok(pollster::block_on(answer).map(|file| file.path().to_owned())));
-        }));
+        if self.may_ask() {
+            let name = format!("{}-session.json", self.document.name);
+            let dialog = rfd::AsyncFileDialog::new().add_filter("Sessions", &["json"]).set_file_name(name);
+            self.ask(ctx, Purpose::SaveSession, chosen(dialog.save_file()));
+        }
     }
 
-    /// Takes what came of asking.
-    pub(super) fn run_session_job(&mut self) {
+    /// Takes note of a session that is written.
+    fn run_session_job(&mut self) {
         let ended = match self.session_job.as_ref().map(Job::poll) {
             None | Some(Polled::Pending) => return,
             Some(ended) => ended,
         };
         self.session_job = None;
         match outcome(ended) {
-            Ok(Some(path)) => self.save_session(&path),
-            Ok(None) => {}
+            Ok(path) => {
+                self.say(format!("wrote {}", path.display()));
+                self.recent.note(&Source::file(path));
+            }
             Err(error) => self.fail(error),
         }
     }
@@ -235,6 +285,11 @@ impl Viewer {
         self.problem = Some(super::problem::Problem::of(&error));
         self.fail(error);
     }
+}
+
+/// The path that a dialog answers with.
+fn chosen(answer: impl Future<Output = Option<rfd::FileHandle>> + Send) -> impl Future<Output = Option<PathBuf>> + Send {
+    async { answer.await.map(|file| file.path().to_owned()) }
 }
 
 /// Reads a mesh, a volume, or a session and what it names.

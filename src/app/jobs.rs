@@ -79,6 +79,11 @@ impl<T> Drop for Job<T> {
     }
 }
 
+/// Frees what is not needed any more on a thread of its own: much memory is not given back at once.
+pub fn discard(value: impl Send + 'static) {
+    std::thread::spawn(move || drop(value));
+}
+
 /// The one result of a job that has ended.
 pub fn outcome<T>(polled: Polled<Result<T>>) -> Result<T> {
     match polled {

@@ -5,7 +5,7 @@ use super::projector::Projector;
 use super::viewer::Viewer;
 use super::widgets::{choice, row, rows, significant, thousands};
 use crate::geometry::Placed;
-use crate::gpu::LineVertex;
+use crate::gpu::{GpuError, LineVertex, Lines};
 use crate::octree::{LeafBox, OctreeTexture};
 use egui::{Color32, Rect, RichText, Slider, Ui};
 use glam::DVec3;
@@ -41,9 +41,9 @@ pub struct Leaves {
     key: Option<Key>,
 }
 
-/// Lines, and how many leaves they are of how many.
+/// Lines on the device, and how many leaves they are of how many.
 struct Drawn {
-    vertices: Vec<LineVertex>,
+    lines: Result<Option<Lines>, GpuError>,
     leaves: usize,
     of: usize,
 }
@@ -70,7 +70,7 @@ impl Viewer {
                 self.leaves.job = None;
                 if self.leaves.show != LeafShow::Off {
                     self.leaves.drawn = Some((drawn.leaves, drawn.of));
-                    self.viewport.put_lines(&drawn.vertices)?;
+                    self.viewport.put_lines(drawn.lines?);
                 }
             }
             Some(Polled::Ended) => self.leaves.job = None,
@@ -78,7 +78,7 @@ impl Viewer {
         let octree = self.octree.model.clone();
         let (Some(octree), true) = (octree, self.leaves.show != LeafShow::Off) else {
             if self.leaves.key.take().is_some() || self.leaves.drawn.take().is_some() {
-                self.viewport.put_lines(&[])?;
+                self.viewport.put_lines(None);
             }
             return Ok(());
         };
@@ -94,6 +94,7 @@ impl Viewer {
         let (bounds, eye) = (self.document.data.bounds(), self.settings.camera.eye - self.document.data.center());
         let (of, depths) = (key.clone(), octree.leaves_by_depth.clone());
         self.leaves.key = Some(key);
+        let upload = self.viewport.line_uploader();
         self.leaves.job = Some(Job::start(ctx, move |_, results| {
             let Some(texture) = octree.scene.texture() else { return };
             let unit = |p: DVec3| (p - texture.root_min()) / texture.root_edge();
@@ -104,11 +105,11 @@ impl Viewer {
                     let mut leaves = texture.leaves_cut(axis, at);
                     let of = leaves.len();
                     leaves.truncate(MOST_CUT);
-                    Drawn { vertices: squares(texture, &leaves, axis, at, &depths), leaves: leaves.len(), of }
+                    Drawn { lines: upload(&squares(texture, &leaves, axis, at, &depths)), leaves: leaves.len(), of }
                 }
                 Key::Boxes(..) => {
                     let (leaves, of) = texture.nearest_leaves(unit(eye), MOST_BOXES);
-                    Drawn { vertices: boxes(texture, &leaves, &depths), leaves: leaves.len(), of }
+                    Drawn { lines: upload(&boxes(texture, &leaves, &depths)), leaves: leaves.len(), of }
                 }
             });
         }));

@@ -3,6 +3,7 @@
 use super::jobs::{Job, Polled, outcome};
 use super::pace::divided;
 use super::slot::Slot;
+use super::stats;
 use super::viewer::Viewer;
 use crate::gpu::FrameTime;
 use crate::render::Scene;
@@ -61,11 +62,17 @@ impl Viewer {
         match self.viewport.poll() {
             Ok(Some((size, time))) => {
                 let marched = self.marching as usize;
-                self.paces[marched].add(size, time.gpu_s.unwrap_or(time.wall_s));
+                stats::lock(&self.stats).marched(time);
+                let (pace, s) = (&mut self.paces[marched], time.gpu_s.unwrap_or(time.wall_s));
+                if self.refining_s.is_some() {
+                    pace.add_rows(size, s)
+                } else {
+                    pace.add(size, s)
+                }
                 // Of a picture marched in parts the sum is shown.
                 let before = self.refining_s.unwrap_or(0.0);
                 self.frame_times[marched] = Some(FrameTime { wall_s: before + time.wall_s, gpu_s: time.gpu_s.map(|s| before + s) });
-                self.refining_s = self.refining_s.map(|s| s + time.gpu_s.unwrap_or(time.wall_s));
+                self.refining_s = self.refining_s.map(|before| before + s);
             }
             Ok(None) => {}
             Err(error) => self.fail(error.into()),
@@ -93,7 +100,7 @@ impl Viewer {
             }
             return false;
         };
-        let pace = self.paces[slot as usize];
+        let pace = &mut self.paces[slot as usize];
         let moving_for = MOVING.saturating_sub(self.moved.elapsed());
         let divisor = if moving_for.is_zero() { 1 } else { pace.moving_divisor(self.size, self.viewport.is_slow()) };
         let view = self.wanted_of(slot);
@@ -102,8 +109,10 @@ impl Viewer {
         }
         if self.shown[slot as usize].as_ref().is_some_and(|shown| is_fine_enough(shown, &view, divisor)) {
             self.viewport.show(slot);
-            if self.marching == slot {
-                self.refining_s = None;
+            if self.marching == slot
+                && let Some(s) = self.refining_s.take()
+            {
+                self.paces[slot as usize].add(self.size, s);
             }
             return false;
         }
@@ -112,7 +121,8 @@ impl Viewer {
         }
         self.cut(ctx, &scene, &view);
         self.marching = slot;
-        let (rows, refining) = (pace.rows_at_rest(self.size), self.viewport.is_refining(slot, &view));
+        stats::lock(&self.stats).march((!moving_for.is_zero()).then_some(divisor));
+        let (rows, refining) = (self.paces[slot as usize].rows_at_rest(self.size), self.viewport.is_refining(slot, &view));
         let marched = if divisor > 1 || (rows == self.size[1] && !refining) {
             let mut coarse = view;
             [coarse.settings.width, coarse.settings.height] = divided(self.size, divisor);

@@ -37,6 +37,7 @@
 //! model            the long work: opening, regularizing, measuring, exact pictures, saving
 //! jobs             work in the background, with progress, cancelled when dropped
 //! pace             how fine to draw while the view moves
+//! stats            what frames take
 //! ```
 
 mod actions;
@@ -66,6 +67,7 @@ mod projector;
 mod recent;
 mod settings;
 mod slot;
+mod stats;
 mod thresholds;
 mod time_bar;
 mod time_stage;
@@ -81,11 +83,14 @@ use crate::octree::{OctreeParams, Subject};
 use crate::session::{Session, Source};
 use crate::study::ErrorSampling;
 use crate::view::View;
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow, bail};
 pub use pictures::PictureSize;
 pub use probe_tool::Pin;
 pub use recent::recent_file;
+use stats::SharedStats;
+pub use stats::{Figures, Spread, WindowStats};
 use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
 pub use viewer::{OctreeNumbers, Viewer};
 pub use viewport::wgpu_setup;
 
@@ -116,8 +121,8 @@ pub struct Options {
     pub folder: PathBuf,
 }
 
-/// Opens the window and returns when it is closed.
-pub fn run(options: Options) -> Result<()> {
+/// Opens the window and returns when it is closed, with what its frames took.
+pub fn run(options: Options) -> Result<WindowStats> {
     const INSTEAD: &str = "`octetra render` draws without one";
     if cfg!(all(unix, not(target_os = "macos"))) {
         let set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
@@ -134,7 +139,14 @@ pub fn run(options: Options) -> Result<()> {
         ..Default::default()
     };
     native.wgpu_options.wgpu_setup = wgpu_setup();
-    let opened = eframe::run_native("octetra", native, Box::new(|creation| Ok(Box::new(Viewer::new(creation, options)?))));
+    let shared: Arc<Mutex<Option<SharedStats>>> = Arc::default();
+    let kept = shared.clone();
+    let create = move |creation: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, Box<dyn std::error::Error + Send + Sync>> {
+        let viewer = Viewer::new(creation, options)?;
+        *kept.lock().unwrap_or_else(PoisonError::into_inner) = Some(viewer.stats.clone());
+        Ok(Box::new(viewer))
+    };
+    let opened = eframe::run_native("octetra", native, Box::new(create));
     opened.map_err(|error| match error {
         eframe::Error::AppCreation(error) => anyhow!("{error}"),
         eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => {
@@ -143,7 +155,9 @@ pub fn run(options: Options) -> Result<()> {
             anyhow!("no window can be opened: {}; {INSTEAD}", text.rsplit(": ").next().unwrap_or(&text))
         }
         error => anyhow!("{error}"),
-    })
+    })?;
+    let stats = shared.lock().unwrap_or_else(PoisonError::into_inner).take();
+    stats.map(|stats| stats::lock(&stats).clone()).context("the window was closed before it was open")
 }
 
 /// The window's title.

@@ -1,6 +1,6 @@
 //! The octree of the window: being built, built, measured.
 
-use super::jobs::{Job, Polled, outcome};
+use super::jobs::{Job, Polled, discard, outcome};
 use super::model::{self, Accuracy, Data, OctreeModel};
 use crate::mesh::{BoundarySurface, FieldSelection};
 use crate::octree::{OctreeParams, Preset};
@@ -145,7 +145,7 @@ impl OctreeStage {
         if let Some(surface) = &model.surface {
             self.surface = Some((model.field.clone(), surface.clone()));
         }
-        self.model = Some(Arc::new(model));
+        discard(self.model.replace(Arc::new(model)));
         self.accuracy = Measured::Waiting;
         Ok(true)
     }

@@ -3,9 +3,9 @@
 use super::actions::Histories;
 use super::camera_panel::CameraJob;
 use super::dock::Docked;
-use super::files::{Loading, SessionJob};
+use super::files::{Dialog, Loading, SessionJob};
 use super::furniture::{self, Look};
-use super::jobs::{Job, Polled, outcome};
+use super::jobs::{Job, Polled, discard, outcome};
 use super::leaves::Leaves;
 use super::model::{self, Data, Document, ExactStep, InTime};
 use super::navigate;
@@ -17,6 +17,7 @@ use super::problem::Problem;
 use super::recent::Recent;
 use super::settings::{Settings, Transfer};
 use super::slot::Slot;
+use super::stats::{self, Part, SharedStats, WindowStats};
 use super::time_stage::TimeStage;
 use super::transfer_editor::TransferEditor;
 use super::tuning::Tuning;
@@ -34,6 +35,7 @@ use crate::study::FieldError;
 use crate::study::probe::LineSamples;
 use crate::view::{Camera, Isosurfaces, Mode, Planes, RenderSettings, RendererKind, View};
 use anyhow::{Context, Result};
+use std::mem::{replace, take};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -71,6 +73,7 @@ pub struct Viewer {
     pub(super) loading: Option<Loading>,
     pub(super) saving: Option<Saving>,
     pub(super) session_job: Option<SessionJob>,
+    pub(super) dialog: Option<Dialog>,
     pub(super) recent: Recent,
     pub(super) problem: Option<Problem>,
     pub(super) pictures: Pictures,
@@ -94,6 +97,8 @@ pub struct Viewer {
     pub(super) moved: Instant,
     memory_bytes: u64,
     folder: PathBuf,
+    /// What frames took so far.
+    pub(super) stats: SharedStats,
 }
 
 /// The numbers of a built octree.
@@ -155,6 +160,7 @@ impl Viewer {
         creation.egui_ctx.set_theme(egui::Theme::Dark);
         let viewport = Viewport::new(window)?;
         let renderer = Arc::new(Renderer::on(viewport.context().clone())?);
+        let stats = SharedStats::new(WindowStats::new(renderer.adapter().unwrap_or_default()).into());
         let field = FieldSelection { name: Some(options.subject.array().to_owned()), component: options.component };
         let settings = Settings {
             field: field.clone(),
@@ -187,6 +193,7 @@ impl Viewer {
             loading: None,
             saving: None,
             session_job: None,
+            dialog: None,
             recent: Recent::of(options.recent),
             problem: None,
             pictures: Pictures::default(),
@@ -204,6 +211,7 @@ impl Viewer {
             moved: Instant::now(),
             memory_bytes: options.memory_bytes,
             folder: options.folder,
+            stats,
         };
         if let Some(session) = &options.session {
             viewer.take_look(session);
@@ -230,7 +238,10 @@ impl Viewer {
 
     /// Whether the picture is the one asked for, in full, and nothing is on its way; the octree's error may still be measured.
     pub fn is_settled(&self) -> bool {
-        self.slots().into_iter().all(|slot| self.is_shown(slot)) && !self.viewport.is_marching() && self.activity().is_none()
+        self.slots().into_iter().all(|slot| self.is_shown(slot))
+            && !self.viewport.is_marching()
+            && self.activity().is_none()
+            && !self.recent.is_noting()
     }
 
     /// Width and height of the picture in pixels. It lies in the window's upper right corner.
@@ -303,6 +314,15 @@ impl Viewer {
         &self.status.text
     }
 
+    /// What the window's frames took so far.
+    pub fn stats(&self) -> WindowStats {
+        stats::lock(&self.stats).clone()
+    }
+
+    fn did(&self, part: Part) {
+        stats::lock(&self.stats).did(part);
+    }
+
     /// The job on its way: what it does and how much is done.
     pub(super) fn activity(&self) -> Option<(&'static str, Option<f32>)> {
         let named = |(stage, done): (&'static str, Option<f32>)| (if stage.is_empty() { "working" } else { stage }, done);
@@ -312,6 +332,7 @@ impl Viewer {
             self.octree.progress(),
             self.exact.job.as_ref().map(Job::progress),
             self.saving.as_ref().map(Job::progress),
+            self.session_job.as_ref().map(Job::progress),
             self.compiling.as_ref().map(|(_, job)| job.progress()),
             self.cutting.as_ref().map(Job::progress),
             self.probe.progress(),
@@ -376,12 +397,11 @@ impl Viewer {
 
     /// Takes what jobs have given and starts those that the settings ask for.
     fn run_jobs(&mut self, ctx: &egui::Context) {
-        self.run_loading(ctx);
+        self.run_files(ctx);
         self.run_time(ctx);
         self.run_octree(ctx);
         self.run_exact(ctx);
         self.run_camera_job();
-        self.run_session_job();
         self.run_transfer_files();
         match self.saving.as_ref().map(Job::poll) {
             None | Some(Polled::Pending) => {}
@@ -436,11 +456,12 @@ impl Viewer {
         self.settings.transfer.forget_data();
         self.settings.transfer.base.unit_distance = None;
         self.time = self.time.renewed(&document);
-        self.document = document;
-        self.octree = self.octree.emptied();
+        let octree = self.octree.emptied();
+        let before = (replace(&mut self.document, document), replace(&mut self.octree, octree), take(&mut self.exact));
+        let probe = self.probe.emptied();
+        discard((before, replace(&mut self.probe, probe), take(&mut self.wipe)));
         self.transfer_editor.forget_data();
-        self.exact = ExactStage::default();
-        (self.probe, self.tuning, self.wipe) = (self.probe.emptied(), self.tuning.emptied(), Wipe::default());
+        self.tuning = self.tuning.emptied();
         self.shown = Default::default();
         Slot::ALL.into_iter().for_each(|slot| self.viewport.stop_refining(slot));
         self.viewport.empty(Slot::Kept);
@@ -639,11 +660,13 @@ impl Viewer {
 }
 
 impl eframe::App for Viewer {
-    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
+        stats::lock(&self.stats).begin(frame.info().cpu_usage);
         self.pixels_per_point = f64::from(ctx.pixels_per_point());
         self.obey_keys(&ctx);
         self.take_dropped(&ctx);
+        self.did(Part::Input);
         egui::Panel::left("controls").exact_size(300.0).resizable(false).show(ui, |ui| {
             egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 // The scroll bar floats over the rest.
@@ -654,10 +677,15 @@ impl eframe::App for Viewer {
         egui::Panel::bottom("status").exact_size(24.0).resizable(false).show(ui, |ui| self.status_line(ui));
         self.time_bar(ui);
         self.dock(ui);
+        self.did(Part::Panels);
         self.run_jobs(&ctx);
+        self.did(Part::Jobs);
         egui::CentralPanel::no_frame().show(ui, |ui| self.picture(ui));
+        self.did(Part::Picture);
         self.help_sheet(&ctx);
         self.turntable_panel(&ctx);
         self.problem_panel(&ctx);
+        self.did(Part::Sheets);
+        stats::lock(&self.stats).end(self.size);
     }
 }

@@ -221,10 +221,15 @@ impl Viewport {
         painter.add(egui_wgpu::Callback::new_paint_callback(rect, Blit { pipeline: self.pipeline.clone(), image }));
     }
 
-    /// Takes lines to be painted over the picture, positions relative to the data's centre; none if there are no vertices.
-    pub fn put_lines(&mut self, vertices: &[LineVertex]) -> Result<(), GpuError> {
-        self.lines = if vertices.is_empty() { None } else { Some(self.line_pipeline.upload(&self.context, vertices)?) };
-        Ok(())
+    /// What copies lines to the device, positions relative to the data's centre; nothing if there are none. Any thread may call it.
+    pub fn line_uploader(&self) -> impl Fn(&[LineVertex]) -> Result<Option<Lines>, GpuError> + Send + use<> {
+        let (context, pipeline) = (self.context.clone(), self.line_pipeline.clone());
+        move |vertices| (!vertices.is_empty()).then(|| pipeline.upload(&context, vertices)).transpose()
+    }
+
+    /// Takes lines to be painted over the picture.
+    pub fn put_lines(&mut self, lines: Option<Lines>) {
+        self.lines = lines;
     }
 
     /// Paints the lines, if there are any, by this projection from positions to clip space.

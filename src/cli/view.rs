@@ -1,15 +1,18 @@
 //! `octetra view`: the window.
 
-use super::args::{DeviceArg, MeshArgs, OctreeArgs, RawArgs, ViewArgs};
+use super::args::{DeviceArg, MeshArgs, OctreeArgs, RawArgs, ViewArgs, check_outputs, check_outputs_beside};
 use super::render::no_exact_volume;
 use super::session::SessionArgs;
 use super::subject::{check_budget, read_subject};
-use crate::app::{self, Options};
+use crate::app::{self, Options, WindowStats};
+use crate::image::write_atomically;
 use crate::octree::Subject;
 use crate::study::ErrorSampling;
 use crate::view::RendererKind;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 /// `octetra view`, and plain `octetra`.
 #[derive(Debug, Args)]
@@ -24,6 +27,9 @@ pub struct ViewCommand {
     octree: OctreeArgs,
     #[command(flatten)]
     volume: RawArgs,
+    /// When the window is closed, also write what its frames took; - for standard output
+    #[arg(long, value_name = "OUT.json", help_heading = "Output")]
+    stats: Option<PathBuf>,
 }
 
 impl ViewCommand {
@@ -32,6 +38,11 @@ impl ViewCommand {
         ensure!(!matches!(self.view.device, DeviceArg::Cpu), "the window draws on a GPU; octetra render --device cpu draws without one");
         let session = self.session.apply(&mut self.mesh, &mut self.volume, &mut self.octree, &mut self.view)?;
         self.mesh.choose_step()?;
+        let outputs = [self.stats.as_ref().filter(|path| !is_stdout(path))];
+        check_outputs(&self.mesh, &outputs)?;
+        let inputs = [(self.session.file().map(PathBuf::as_path), "the session"), (self.view.camera.as_deref(), "the camera")];
+        let inputs: Vec<(&Path, &str)> = inputs.into_iter().filter_map(|(path, what)| Some((path?, what))).collect();
+        check_outputs_beside(&inputs, &outputs)?;
         let files = self.view.files()?;
         let subject = read_subject(&self.mesh, &self.volume)?;
         if self.view.settings().renderer == RendererKind::Exact && matches!(subject, Subject::Volume(_)) {
@@ -40,7 +51,7 @@ impl ViewCommand {
         let view = self.view.view(&subject, files);
         view.transfer_function.check_range(subject.range()).with_context(|| self.mesh.shown_name())?;
         check_budget(&self.mesh, &subject)?;
-        app::run(Options {
+        let stats = app::run(Options {
             name: self.mesh.stem(),
             source: self.mesh.source(self.volume.layout()),
             session,
@@ -52,6 +63,20 @@ impl ViewCommand {
             error: ErrorSampling::default(),
             memory_bytes: self.mesh.budget_bytes(),
             folder: ".".into(),
-        })
+        })?;
+        self.stats.as_deref().map(|path| write_stats(path, &stats)).transpose().map(drop)
     }
+}
+
+/// Writes what the frames of a window took, as JSON.
+fn write_stats(path: &Path, stats: &WindowStats) -> Result<()> {
+    let text = serde_json::to_string_pretty(stats).context("the window's times as JSON")? + "\n";
+    if is_stdout(path) {
+        return std::io::stdout().lock().write_all(text.as_bytes()).context("standard output");
+    }
+    write_atomically(path, |out| out.write_all(text.as_bytes())).with_context(|| path.display().to_string())
+}
+
+fn is_stdout(path: &Path) -> bool {
+    path.as_os_str() == "-"
 }

@@ -274,16 +274,28 @@ fn layout(device: &wgpu::Device, storage: NodeStorage) -> wgpu::BindGroupLayout 
 
 impl ActivityPass {
     fn pipelines(&self, device: &wgpu::Device, storage: NodeStorage, continuous: bool) -> Pipelines {
-        let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        let make = || {
-            let row = f64::from(LANES * ROW_GROUPS);
-            let constants = [("lanes", f64::from(LANES)), ("row", row), ("continuous", f64::from(u8::from(continuous)))];
-            let source = shader::source("activity.wgsl", storage);
-            let layout = &self.layouts[storage as usize];
-            let pipeline = |entry: &str| compute_pipeline(device, layout, &source, "activity.wgsl", entry, &constants);
-            Pipelines { level: pipeline("main"), grid: ["occupy", "widen_x", "widen_y", "widen_z"].map(pipeline) }
-        };
-        pipelines.entry((storage, continuous)).or_insert_with(make).clone()
+        let made = || self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(pipelines) = made().get(&(storage, continuous)) {
+            return pipelines.clone();
+        }
+        // Nobody who asks whether they are there waits until they are.
+        let row = f64::from(LANES * ROW_GROUPS);
+        let constants = [("lanes", f64::from(LANES)), ("row", row), ("continuous", f64::from(u8::from(continuous)))];
+        let source = shader::source("activity.wgsl", storage);
+        let layout = &self.layouts[storage as usize];
+        let pipeline = |entry: &str| compute_pipeline(device, layout, &source, "activity.wgsl", entry, &constants);
+        let pipelines = Pipelines { level: pipeline("main"), grid: ["occupy", "widen_x", "widen_y", "widen_z"].map(pipeline) };
+        made().entry((storage, continuous)).or_insert(pipelines).clone()
+    }
+
+    /// Whether the shaders for a volume of this form are compiled.
+    pub fn is_ready(&self, volume: &OctreeVolume) -> bool {
+        self.pipelines.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&(volume.storage(), volume.continuous))
+    }
+
+    /// Compiles them.
+    pub fn prepare(&self, device: &wgpu::Device, volume: &OctreeVolume) {
+        drop(self.pipelines(device, volume.storage(), volume.continuous));
     }
 }
 

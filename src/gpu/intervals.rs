@@ -129,8 +129,7 @@ impl IntervalPass {
         timestamps: Option<&Timestamps>,
     ) {
         let device = &context.device;
-        let entry_point = if boxes.is_some() { "clear" } else { "main" };
-        let pipeline = self.compute(device, volume.storage(), [words.parts, clip_planes], entry_point);
+        let pipeline = self.compute(device, volume.storage(), [words.parts, clip_planes], entry_point(boxes.is_some()));
         let bindings = [
             (0, frame.as_entire_binding()),
             (1, volume.node_bindings()[0].clone()),
@@ -163,9 +162,7 @@ impl IntervalPass {
         timestamps: Option<&Timestamps>,
     ) {
         let device = &context.device;
-        let mut pipelines = self.box_pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        let (layout, pipeline) =
-            pipelines.entry([words.parts, clip_planes]).or_insert_with(|| box_pipeline(device, [words.parts, clip_planes]));
+        let (layout, pipeline) = self.boxes(device, [words.parts, clip_planes]);
         let placing = init_buffer(device, "placing", bytemuck::bytes_of(&placing), wgpu::BufferUsages::UNIFORM);
         let bindings = [
             (0, frame.as_entire_binding()),
@@ -174,7 +171,7 @@ impl IntervalPass {
             (18, placing.as_entire_binding()),
         ];
         let entries = bindings.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("boxes"), layout, entries: &entries });
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("boxes"), layout: &layout, entries: &entries });
         let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard };
         let canvas = wgpu::RenderPassColorAttachment { view: &words.canvas, depth_slice: None, resolve_target: None, ops };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -183,7 +180,7 @@ impl IntervalPass {
             timestamp_writes: timestamps.map(Timestamps::boxes),
             ..Default::default()
         });
-        pass.set_pipeline(pipeline);
+        pass.set_pipeline(&pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..36, 0..boxes.count);
     }
@@ -195,14 +192,44 @@ impl IntervalPass {
         [parts, clip_planes]: [u32; 2],
         entry: &'static str,
     ) -> wgpu::ComputePipeline {
-        let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
-        let make = || {
-            let constants = [("tile", f64::from(TILE)), ("parts", f64::from(parts)), ("clip_planes", f64::from(clip_planes))];
-            let source = shader::source("intervals.wgsl", storage);
-            compute_pipeline(device, &self.layouts[storage as usize], &source, "intervals.wgsl", entry, &constants)
-        };
-        pipelines.entry((storage, [parts, clip_planes], entry)).or_insert_with(make).clone()
+        let made = || self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        let stage = (storage, [parts, clip_planes], entry);
+        if let Some(pipeline) = made().get(&stage) {
+            return pipeline.clone();
+        }
+        let constants = [("tile", f64::from(TILE)), ("parts", f64::from(parts)), ("clip_planes", f64::from(clip_planes))];
+        let source = shader::source("intervals.wgsl", storage);
+        let pipeline = compute_pipeline(device, &self.layouts[storage as usize], &source, "intervals.wgsl", entry, &constants);
+        made().entry(stage).or_insert(pipeline).clone()
     }
+
+    fn boxes(&self, device: &wgpu::Device, of: [u32; 2]) -> (wgpu::BindGroupLayout, wgpu::RenderPipeline) {
+        let made = || self.box_pipelines.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(pipeline) = made().get(&of) {
+            return pipeline.clone();
+        }
+        let pipeline = box_pipeline(device, of);
+        made().entry(of).or_insert(pipeline).clone()
+    }
+
+    /// Whether the shaders are compiled that find this many parts, from boxes or ray by ray.
+    pub fn is_ready(&self, storage: NodeStorage, of: [u32; 2], from_boxes: bool) -> bool {
+        let is_made = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&(storage, of, entry_point(from_boxes)));
+        is_made && (!from_boxes || self.box_pipelines.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&of))
+    }
+
+    /// Compiles them.
+    pub fn prepare(&self, device: &wgpu::Device, storage: NodeStorage, of: [u32; 2], from_boxes: bool) {
+        drop(self.compute(device, storage, of, entry_point(from_boxes)));
+        if from_boxes {
+            drop(self.boxes(device, of));
+        }
+    }
+}
+
+/// Where the shader begins that clears the words for boxes, or finds parts ray by ray.
+fn entry_point(from_boxes: bool) -> &'static str {
+    if from_boxes { "clear" } else { "main" }
 }
 
 fn box_pipeline(device: &wgpu::Device, [parts, clip_planes]: [u32; 2]) -> (wgpu::BindGroupLayout, wgpu::RenderPipeline) {

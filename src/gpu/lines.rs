@@ -16,7 +16,7 @@ pub struct LineVertex {
 }
 
 /// What draws lines onto targets of one format.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct LinePipeline {
     pipeline: wgpu::RenderPipeline,
 }

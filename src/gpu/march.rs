@@ -351,16 +351,34 @@ impl Marcher {
         made().entry(variant).or_insert(pipeline).clone()
     }
 
-    /// Whether the shaders of a march with these settings are compiled; those of ways to skip that find intervals first are small.
+    /// Whether the shaders of a march with these settings are compiled.
     pub fn is_ready<'a>(&self, volume: impl Into<Marched<'a>>, settings: &RenderSettings) -> bool {
-        let variant = volume.into().variant(settings);
-        self.pipelines.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&variant)
+        let volume = volume.into();
+        let variant = volume.variant(settings);
+        let is_made = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner).contains_key(&variant);
+        let Marched::Octree(octree) = volume else { return is_made };
+        let settings = &volume.settings(settings);
+        let finds_active = settings.skip() != Skip::None || settings.is_through_voxels();
+        let of_parts = |parts| self.intervals.is_ready(octree.storage(), [parts, variant.planes[0]], Wants::of(octree, settings).boxes);
+        is_made && (!finds_active || self.activity.is_ready(octree)) && settings.skip().parts().is_none_or(of_parts)
     }
 
     /// Compiles the shaders of marches with these settings, which may take a second: on another thread than the one that draws.
     pub fn prepare<'a>(&self, context: &Context, volume: impl Into<Marched<'a>>, settings: &RenderSettings) -> Result<(), GpuError> {
-        let variant = volume.into().variant(settings);
-        context.scoped(|| drop(self.pipeline(&context.device, variant)))
+        let volume = volume.into();
+        let variant = volume.variant(settings);
+        context.scoped(|| {
+            let device = &context.device;
+            drop(self.pipeline(device, variant));
+            let Marched::Octree(octree) = volume else { return };
+            let settings = &volume.settings(settings);
+            if settings.skip() != Skip::None || settings.is_through_voxels() {
+                self.activity.prepare(device, octree);
+            }
+            if let Some(parts) = settings.skip().parts() {
+                self.intervals.prepare(device, octree.storage(), [parts, variant.planes[0]], Wants::of(octree, settings).boxes);
+            }
+        })
     }
 }
 
