@@ -153,7 +153,8 @@ fn it_plays_to_the_end_and_numbered_files_can_be_opened_as_a_series() {
     let path = folder.path().join("flow.json");
     window.state_mut().go_to_step(2);
     settle(&mut window);
-    window.state_mut().save_session(&path);
+    window.state_mut().save_session(&ctx, path.clone());
+    settle(&mut window);
     window.state_mut().open(&ctx, second);
     settle(&mut window);
     window.state_mut().open(&ctx, path);
