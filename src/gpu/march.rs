@@ -261,17 +261,19 @@ impl Marcher {
                 let boxes = given.boxes.as_ref().map(|boxes| (boxes, Placing::new(frame, cube_min, cube_edge)));
                 self.intervals.encode(context, encoder, octree, &uniforms, variant.planes[0], words, boxes, timestamps);
             }
-            let edges_drawn;
+            let edges = match volume {
+                Marched::Octree(octree) => octree.cut_lines_on(&frame.planes),
+                Marched::Exact(_) => None,
+            };
+            let edges = edges.map(|lines| {
+                let placing = Placing::new(frame, cube_min, cube_edge);
+                self.edges.encode(context, encoder, &lines, &uniforms, placing, target.size())
+            });
             let mut bindings: Vec<_> = shared.into_iter().chain(volume.bindings()).collect();
             if let Marched::Octree(octree) = volume {
                 // Without parts the words are not read.
                 let unread = &octree.activity.masks;
-                let placing = || Placing::new(frame, cube_min, cube_edge);
-                let edges = octree
-                    .cut_lines_on(&frame.planes)
-                    .map(|lines| self.edges.encode(context, encoder, &lines, &uniforms, placing(), target.size()));
-                edges_drawn = edges.unwrap_or_else(|| self.edges.nothing().clone());
-                bindings.push((24, wgpu::BindingResource::TextureView(&edges_drawn)));
+                bindings.push((24, wgpu::BindingResource::TextureView(edges.as_ref().unwrap_or(self.edges.nothing()))));
                 bindings.push((16, words.as_ref().map_or(unread, |words: &PartWords| &words.buffer).as_entire_binding()));
             }
             if let Some(voxels) = &given.voxels {
