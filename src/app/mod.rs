@@ -5,6 +5,7 @@
 //! panel            the widgets beside the picture
 //! mode             what a pixel shows: light, surfaces, numbers
 //! planes           what clips, and what is drawn where it cuts
+//! plane_handles    the same taken by hand, over the picture
 //! transfer_editor  colours, opacity, range: the transfer function
 //! thresholds       those of the octree, and its numbers
 //! files            opening and reloading; sessions
@@ -56,6 +57,7 @@ mod octree_stage;
 mod pace;
 mod panel;
 mod pictures;
+mod plane_handles;
 mod planes;
 mod probe_tool;
 mod probe_view;

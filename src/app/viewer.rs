@@ -12,6 +12,7 @@ use super::navigate;
 use super::octree_stage::{Measured, OctreeStage};
 use super::pace::Pace;
 use super::pictures::{Pictures, Saving, absolute};
+use super::plane_handles::PlaneTool;
 use super::probe_tool::{Pin, ProbeTool};
 use super::problem::Problem;
 use super::recent::Recent;
@@ -54,6 +55,7 @@ pub struct Viewer {
     pub(super) help_is_open: bool,
     pub(super) camera_job: Option<CameraJob>,
     pub(super) transfer_editor: TransferEditor,
+    pub(super) plane_tool: PlaneTool,
     pub(super) probe: ProbeTool,
     pub(super) wipe: Wipe,
     pub(super) leaves: Leaves,
@@ -172,6 +174,7 @@ impl Viewer {
             exact: ExactStage::default(),
             shown: Default::default(),
             frame_times: Default::default(),
+            plane_tool: PlaneTool::default(),
             probe: ProbeTool::default(),
             wipe: Wipe::default(),
             leaves: Leaves::default(),
@@ -424,6 +427,7 @@ impl Viewer {
         self.octree = self.octree.emptied();
         self.transfer_editor.forget_data();
         self.exact = ExactStage::default();
+        self.plane_tool = self.plane_tool.emptied();
         (self.probe, self.tuning, self.wipe) = (self.probe.emptied(), self.tuning.emptied(), Wipe::default());
         self.shown = Default::default();
         Slot::ALL.into_iter().for_each(|slot| self.viewport.stop_refining(slot));
@@ -531,6 +535,7 @@ impl Viewer {
         if let Some(at) = picture.interact_pointer_pos().filter(|_| picture.double_clicked() && !self.probe.is_on) {
             self.recentre(rect, at);
         }
+        self.drag_planes(ui, rect);
         self.histories.watch(ui.ctx(), &self.settings);
         let seen = Seen::of(&self.settings);
         if self.seen != seen {
@@ -547,6 +552,7 @@ impl Viewer {
         }
         furniture::paint(ui.painter(), rect, &drawing.front, drawing.halo);
         self.leaves_over(ui, rect);
+        self.planes_over(ui, rect);
         self.wipe_over(ui, rect);
         self.probe_over(ui, rect, &picture);
         self.tools_over(ui, rect);
