@@ -27,6 +27,7 @@
 //! slot             which pictures there are
 //! viewport         the picture on the GPU
 //! probe_tool       what is under the pointer, pins, a line: state and jobs
+//! picked           what is seen at a place of the picture
 //! probe_view       the same over the picture and in the panel
 //! projector        from the world to the window
 //! wipe             two pictures in one
@@ -56,6 +57,7 @@ mod navigate;
 mod octree_stage;
 mod pace;
 mod panel;
+mod picked;
 mod pictures;
 mod plane_handles;
 mod planes;

@@ -10,6 +10,8 @@ mod march_paper;
 mod parts;
 mod pass;
 mod pick;
+#[cfg(test)]
+mod pick_tests;
 mod probe;
 mod ray;
 mod surface;
@@ -19,7 +21,7 @@ mod surface_tests;
 use descent::{Descent, What};
 pub use descent::{INTERIOR, MAX_DEPTH};
 pub use march_leaf::MAX_PIECES;
-pub use pick::{Picked, pick};
+pub use pick::{Picked, PickedWhat, pick};
 pub use probe::{CLOSE, MAX_STEPS};
 pub use ray::{FAR, PARALLEL};
 pub use surface::{MAX_HITS, TINY, surface_intervals};
