@@ -11,13 +11,7 @@ use egui::{Pos2, Rect};
 use glam::DVec3;
 
 /// What is seen at a pixel of a picture of this size: where, in world coordinates, and what it is.
-pub fn pick(
-    octree: &OctreeModel,
-    data: &Data,
-    settings: &Settings,
-    size: [u32; 2],
-    pixel: [u32; 2],
-) -> Option<(DVec3, PickedWhat)> {
+pub fn pick(octree: &OctreeModel, data: &Data, settings: &Settings, size: [u32; 2], pixel: [u32; 2]) -> Option<(DVec3, PickedWhat)> {
     let (center, diagonal) = (data.center(), data.bounds().diagonal());
     let classifier = Classifier::new(&settings.transfer.function(diagonal), octree.value_range, diagonal);
     let frame = settings.camera.frame(center, size[0].max(1), size[1].max(1)).with_planes(&settings.render.planes, center);

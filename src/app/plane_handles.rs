@@ -79,7 +79,8 @@ impl Viewer {
     /// Lets the handles of the selected plane be dragged. Call it after the picture's own place in the window was made.
     pub(super) fn drag_planes(&mut self, ui: &Ui, rect: Rect) {
         let mut planes: Vec<Plane> = self.planes().iter().collect();
-        let Some((i, plane)) = self.plane_tool.selected.and_then(|i| Some((i, *planes.get(i)?))).filter(|_| self.plane_tool.is_shown) else {
+        let Some((i, plane)) = self.plane_tool.selected.and_then(|i| Some((i, *planes.get(i)?))).filter(|_| self.plane_tool.is_shown)
+        else {
             self.plane_tool.drag = None;
             return;
         };
@@ -313,7 +314,8 @@ mod tests {
         let plane = Plane { point: DVec3::ZERO, normal: DVec3::Y, used: PlaneUse::Clip };
         let handle = PlaneHandle { pivot: DVec3::ZERO, normal: DVec3::Y, length: 1.0 };
         let pressed = RECT.center();
-        let drag = Drag { grip: Grip::Move, plane, handle, point_world: point_world(&camera, DVec3::ZERO, RECT), pressed, to_tip: Vec2::ZERO };
+        let drag =
+            Drag { grip: Grip::Move, plane, handle, point_world: point_world(&camera, DVec3::ZERO, RECT), pressed, to_tip: Vec2::ZERO };
         let by = |x: f32, y: f32| drag.plane_at(pressed + vec2(x, y), &camera, RECT, bounds);
         assert!(by(30.0, -50.0).point.distance(DVec3::Y * 0.5) < 1e-6, "{:?}", by(30.0, -50.0));
         assert_eq!(by(0.0, -500.0).point, DVec3::Y);

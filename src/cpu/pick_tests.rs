@@ -119,7 +119,11 @@ fn rays_see_what_lies_inside_the_surface() {
     let radius = ball.bounds().size().x / 2.0;
     let picked = pick(&texture, Some(&surface), &frame(PARALLEL), [32, 32], &opaque, &composite()).expect("the ball").at;
     assert!((picked.length() / radius - 1.0).abs() < 0.01 && picked.x < 0.0, "{picked}");
-    assert_eq!(pick(&texture, Some(&surface), &frame(PARALLEL), [1, 1], &opaque, &composite()), None, "a corner of the cube beside the ball");
+    assert_eq!(
+        pick(&texture, Some(&surface), &frame(PARALLEL), [1, 1], &opaque, &composite()),
+        None,
+        "a corner of the cube beside the ball"
+    );
     let through = pick(&texture, None, &frame(PARALLEL), [1, 1], &opaque, &composite()).expect("the cube").at;
     assert!((through.x - low.x).abs() < 0.01 * edge, "{through}");
 }

@@ -213,7 +213,12 @@ mod tests {
     #[test]
     fn rays_are_clipped_from_both_sides() {
         let of = |text| Plane::parse(text, PlaneUse::Clip).expect("a plane");
-        let planes = Planes::new(&[of("x=1"), of("-x=3"), of("0,0,0:0,-2,0"), Plane { used: PlaneUse::Cut { opacity: 1.0, edges: false }, ..of("x=2") }]);
+        let planes = Planes::new(&[
+            of("x=1"),
+            of("-x=3"),
+            of("0,0,0:0,-2,0"),
+            Plane { used: PlaneUse::Cut { opacity: 1.0, edges: false }, ..of("x=2") },
+        ]);
         let planes = planes.expect("valid");
         assert_eq!(planes.unclipped(DVec3::NEG_X, DVec3::X * 2.0), [1.0, 2.0]);
         assert_eq!(planes.unclipped(DVec3::X * 7.0, DVec3::NEG_X), [4.0, 6.0]);
