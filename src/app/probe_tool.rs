@@ -93,6 +93,13 @@ impl ProbeTool {
         ProbeTool { is_on: self.is_on, kind: self.kind, ..Self::default() }
     }
 
+    /// The same marks, whose values are to be read anew from data that have changed.
+    pub fn of_new_data(self) -> Self {
+        let pins = self.pins.into_iter().map(|pin| Pin { sample: None, ..pin }).collect();
+        let (is_on, kind, ends, last_number) = (self.is_on, self.kind, self.ends, self.last_number);
+        ProbeTool { is_on, kind, pins, ends, last_number, ..Self::default() }
+    }
+
     /// Whether there is anything to read.
     fn is_needed(&self) -> bool {
         self.is_on || !self.pins.is_empty() || self.ends.len() == 2
