@@ -52,7 +52,7 @@ impl Viewer {
             let is_full = planes.len() == Planes::MOST;
             let button = |ui: &mut Ui, text: &str, tip: &str| ui.add_enabled(!is_full, Button::new(text)).on_hover_text(tip).clicked();
             // Clipped is what lies before the plane, so that one looks at where it cuts.
-            let normal = -nearest_axis(towards_eye);
+            let normal = -free_axis(towards_eye, bounds.center(), &planes);
             let clip = Plane { point: bounds.center(), normal, used: PlaneUse::Clip };
             let cut = Plane { normal: -normal, used: PlaneUse::Cut { opacity: 1.0, edges: true }, ..clip };
             let number = planes.len();
@@ -76,11 +76,14 @@ impl Viewer {
     }
 }
 
-/// The axis that goes most along a direction, to the same side.
-fn nearest_axis(direction: DVec3) -> DVec3 {
-    let most = direction.abs().max_element();
-    let axis = AXES.into_iter().map(|(_, axis)| axis).find(|axis| direction.dot(*axis).abs() == most).unwrap_or(DVec3::Z);
-    axis * direction.dot(axis).signum()
+/// The axis that goes most along a direction, to the same side; the next if a plane lies already across it through `middle`: of two planes in
+/// one neither can be told from the other.
+fn free_axis(direction: DVec3, middle: DVec3, planes: &[Plane]) -> DVec3 {
+    let mut axes = AXES.map(|(_, axis)| axis * direction.dot(axis).signum());
+    axes.sort_by(|a, b| b.dot(direction).total_cmp(&a.dot(direction)));
+    let lies_across =
+        |axis: DVec3| planes.iter().any(|plane| plane.normal.normalize().abs() == axis.abs() && (plane.point - middle).dot(axis) == 0.0);
+    axes.into_iter().find(|&axis| !lies_across(axis)).unwrap_or(axes[0])
 }
 
 /// What a plane is and where it lies; whether it is to go.
@@ -139,7 +142,7 @@ fn normal_rows(ui: &mut Ui, number: usize, plane: &mut Plane, bounds: Aabb, towa
         let DVec3 { x, y, z } = &mut plane.normal;
         for (value, axis) in [(x, "x"), (y, "y"), (z, "z")] {
             let before = *value;
-            let drag = DragValue::new(value).speed(0.01).custom_formatter(|v, _| significant(v)).update_while_editing(false);
+            let drag = DragValue::new(value).speed(0.01).custom_formatter(|v, _| significant(v + 0.0)).update_while_editing(false);
             let drag = ui.add_sized([56.0, 18.0], drag);
             // Who only looked at the rounded number changes nothing.
             if !drag.dragged() && significant(before) == significant(*value) {
@@ -167,9 +170,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_nearest_axis_keeps_its_side() {
-        assert_eq!(nearest_axis(DVec3::new(0.3, -0.8, 0.5)), DVec3::NEG_Y);
-        assert_eq!(nearest_axis(DVec3::new(0.3, 0.2, 0.5)), DVec3::Z);
-        assert_eq!(nearest_axis(DVec3::new(0.5, 0.5, 0.5)), DVec3::X);
+    fn a_new_plane_faces_the_nearest_axis_where_there_is_none_yet() {
+        let axis = |x, y, z, planes: &[Plane]| free_axis(DVec3::new(x, y, z), DVec3::ONE, planes);
+        assert_eq!(axis(0.3, -0.8, 0.5, &[]), DVec3::NEG_Y);
+        assert_eq!(axis(0.5, 0.5, 0.5, &[]), DVec3::X);
+        let across = |point, normal| Plane { point, normal, used: PlaneUse::Clip };
+        assert_eq!(axis(0.3, -0.8, 0.5, &[across(DVec3::ONE, DVec3::Y * 2.0)]), DVec3::Z);
+        assert_eq!(axis(0.3, -0.8, 0.5, &[across(DVec3::ZERO, DVec3::Y)]), DVec3::NEG_Y, "beside it");
+        assert_eq!(axis(0.3, -0.8, 0.5, &[DVec3::X, DVec3::Y, DVec3::Z].map(|normal| across(DVec3::ONE, normal))), DVec3::NEG_Y);
     }
 }
