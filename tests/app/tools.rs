@@ -93,8 +93,9 @@ fn the_probe_says_what_of_a_number_it_points_at() {
         window.get_by_label(mode).click_accesskit();
         window.run_steps(3);
         let pins = window.state().pins().len() + 1;
-        // The pointer stays where it was: what it points at is another.
         click_at(&mut window, [0.5, 0.5], |viewer| viewer.pins().len() == pins);
+        window.hover_at(place(&window, 0.5, 0.5));
+        window.run_steps(2);
         window.get_by_label_contains(&format!("picture: {said}"));
         modes.push(window.state().pins()[pins - 1].at.length());
     }
