@@ -11,7 +11,7 @@ fn main() -> ExitCode {
             {
                 eprintln!("octetra: {}", octetra::cli::one_line(&format!("{error:#}")));
             }
-            ExitCode::FAILURE
+            octetra::cli::exit_status(&error).into()
         }
     }
 }

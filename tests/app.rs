@@ -3,7 +3,11 @@
 use egui::accesskit::{Role, Toggled};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+#[path = "app/planes.rs"]
+mod planes;
 mod steps;
+#[path = "app/threshold.rs"]
+mod threshold;
 #[path = "app/time.rs"]
 mod time;
 #[path = "app/tools.rs"]

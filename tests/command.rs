@@ -8,9 +8,14 @@ use std::path::Path;
 
 /// Runs octetra, which must fail with one line on stderr; gives the line.
 fn refused(folder: &Path, args: &[&str]) -> String {
+    refused_with(1, folder, args)
+}
+
+/// The same with another exit status.
+fn refused_with(status: i32, folder: &Path, args: &[&str]) -> String {
     let output = octetra(folder, args);
     let error = String::from_utf8(output.stderr).expect("text");
-    assert_eq!(output.status.code(), Some(1), "octetra {args:?}: {error}");
+    assert_eq!(output.status.code(), Some(status), "octetra {args:?}: {error}");
     // Mesa says on its own that XDG_RUNTIME_DIR is not set.
     let said: Vec<&str> = error.lines().filter(|line| !line.contains("XDG_RUNTIME_DIR")).collect();
     assert!(matches!(said[..], [line] if line.starts_with("octetra: ")), "{error}");
@@ -216,8 +221,12 @@ fn flags_of_the_march_that_contradict_each_other_are_refused() {
         (&["--steps", "paper", "--skip", "half"][..], "--steps leaf or fixed"),
         (&["--skip", "encoding"], "--steps fixed"),
         (&["--voxels"], "--steps fixed"),
+        (&["--mode", "iso"], "--iso V"),
+        (&["--mode", "mip", "--cut", "x=0"], "--cut is drawn with"),
+        (&["--value", "value.npy"], "the mode is composite"),
+        (&["--turntable", "3", "--raw", "raw.npy"], "of one picture"),
     ] {
-        assert!(refused(folder.path(), &[&["render"][..], flags].concat()).contains(said), "{flags:?}");
+        assert!(refused_with(2, folder.path(), &[&["render"][..], flags].concat()).contains(said), "{flags:?}");
     }
 }
 

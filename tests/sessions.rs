@@ -4,7 +4,7 @@ mod program;
 
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use octetra::app::{Options, PictureSize, Viewer, wgpu_setup};
+use octetra::app::{Options, PictureSize, Pin, Viewer, wgpu_setup};
 use octetra::format;
 use octetra::furniture::{Part, Parts};
 use octetra::mesh::{Component, FieldSelection, ScalarField};
@@ -88,6 +88,42 @@ fn nodes(window: &Window) -> usize {
     window.state().octree_numbers().expect("an octree").nodes
 }
 
+/// Goes on until the pin has values.
+fn wait_for_pin(window: &mut Window) -> Pin {
+    let start = Instant::now();
+    loop {
+        window.run_steps(2);
+        if let Some(pin) = window.state().pins().first().filter(|pin| pin.sample.is_some()) {
+            return pin.clone();
+        }
+        assert!(start.elapsed() < Duration::from_secs(180), "the pin is never read: {}", window.state().status());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Pins what is seen in the middle of the picture.
+fn pin_the_middle(window: &mut Window) -> Pin {
+    window.key_press(egui::Key::P);
+    window.step();
+    let [width, height] = window.state().picture_size().map(|side| side as f32);
+    let middle = egui::pos2(640.0 - width / 2.0, height / 2.0);
+    let start = Instant::now();
+    while window.state().pins().is_empty() {
+        window.hover_at(middle);
+        window.step();
+        window.drag_at(middle);
+        window.step();
+        window.drop_at(middle);
+        window.run_steps(2);
+        assert!(start.elapsed() < Duration::from_secs(180), "a click does nothing: {}", window.state().status());
+    }
+    let pin = wait_for_pin(window);
+    window.key_press(egui::Key::P);
+    window.remove_cursor();
+    window.run_steps(2);
+    pin
+}
+
 #[test]
 fn sessions_files_and_turntables() {
     let root = tempfile::tempdir().expect("a temporary folder");
@@ -141,10 +177,20 @@ fn sessions_files_and_turntables() {
     settle(&mut window);
     assert_eq!(window.state().camera(), camera, "the session is open");
 
-    // The file changes and is read again; what cannot be read leaves everything as it is.
+    // The file changes and is read again; marks and what can be undone stay. What cannot be read leaves everything as it is.
+    let before = pin_the_middle(&mut window);
+    let params = window.state().params().clone();
+    window.state_mut().set_params(OctreeParams { max_depth: 3, ..OctreeParams::default() });
+    settle(&mut window);
+    window.run_steps(4); // at rest: a step to undo
     done(folder, &["generate", "ball", "--tets", "400", "-o", "ball.vtu"]);
     window.key_press(egui::Key::F5);
     settle(&mut window);
+    window.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::Z);
+    settle(&mut window);
+    assert_eq!(*window.state().params(), params, "undone");
+    let after = wait_for_pin(&mut window);
+    assert!(after.at == before.at && after.sample != before.sample, "read anew: {after:?}, before {before:?}");
     assert!(nodes(&window) != built && window.state().status().contains("again"), "{}", window.state().status());
     assert_eq!(window.state().camera(), camera);
     let built = nodes(&window);

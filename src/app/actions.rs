@@ -169,26 +169,34 @@ impl Viewer {
         if diagonal > 0.0 { diagonal } else { 1.0 }
     }
 
-    /// Makes the place of the surface that is seen at `at` the camera's target.
+    /// Makes what is seen at `at` the camera's target; where nothing is, the place of the data's surface there.
     pub(super) fn recentre(&mut self, picture: egui::Rect, at: egui::Pos2) {
         let (origin, direction) = self.settings.camera.ray_at(image_position(picture, at));
-        if let Some(t) = self.surface_hit(origin, direction) {
+        let seen = self.seen_along(picture, at, (origin, direction));
+        if let Some(t) = seen.or_else(|| self.surface_hit(origin, direction)) {
             self.settings.camera = self.settings.camera.recentred(origin + direction * t);
         }
     }
 
-    /// How far along a ray in world coordinates it meets the surface that the octree is cut to; without one, the bounds.
+    /// How far along a ray in world coordinates it meets the surface that the octree is cut to; without one, the bounds. Where planes clip,
+    /// what they leave of it counts.
     fn surface_hit(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
         let (bounds, center) = (self.document.data.bounds(), self.document.data.center());
-        let origin = origin - center;
+        let [begin, end] = self.settings.render.planes.unclipped(origin, direction);
+        let begin = begin.max(0.0);
+        if begin >= end {
+            return None;
+        }
+        let start = origin + direction * begin - center;
         let model = self.octree.model.as_ref();
         let cut = model.and_then(|model| Some((model.surface.as_ref()?, model.scene.texture()?)));
-        match cut {
+        let hit = match cut {
             Some((surface, texture)) => {
                 let edge = texture.root_edge();
-                surface.nearest_hit((origin - texture.root_min()) / edge, direction).map(|t| t * edge)
+                surface.nearest_hit((start - texture.root_min()) / edge, direction).map(|t| t * edge)
             }
-            None => bounds.line_interval(origin, direction).and_then(|ts| ts.into_iter().find(|&t| t > 0.0)),
-        }
+            None => bounds.line_interval(start, direction).and_then(|ts| ts.into_iter().find(|&t| t > 0.0)),
+        };
+        hit.map(|t| begin + t).filter(|t| *t <= end)
     }
 }

@@ -57,7 +57,9 @@ impl Viewer {
                 self.ask_camera_file(ui.ctx(), false);
             }
         });
-        ui.weak("Drag: left rotates, middle pans, right zooms. The wheel zooms to the pointer. Double click: turn about this place.");
+        ui.weak(
+            "Drag: left rotates, middle pans, right zooms. The wheel zooms to the pointer. Double click: turn about what is seen there.",
+        );
     }
 
     /// A button that does what a key does, too; grey if there is nothing to do.

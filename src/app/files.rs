@@ -2,7 +2,7 @@
 
 use super::furniture::{Backdrop, Look};
 use super::jobs::{Job, Polled, outcome};
-use super::model::{self, Document};
+use super::model::{self, Data, Document};
 use super::settings::{Settings, Transfer};
 use super::viewer::Viewer;
 use crate::format::FORMATS;
@@ -25,7 +25,7 @@ pub struct Opened {
 enum Fate {
     /// The view of the data's own; colours and thresholds stay.
     Fresh,
-    /// Everything stays.
+    /// Everything stays: marks, what is compared and what can be undone too.
     Reload,
     /// Everything stays, and what is open is a step of a series now.
     Series,
@@ -166,7 +166,12 @@ impl Viewer {
         let kept = Settings { field: document.field.clone(), ..self.settings.clone() };
         let (opening, name) = (self.opening, document.name.clone());
         let mut recent = Some(document.source.clone());
+        let (is_reload, arrays_before) = (matches!(fate, Fate::Reload), arrays(&self.document.data));
+        let marks = is_reload.then(|| (std::mem::take(&mut self.probe), std::mem::take(&mut self.wipe), self.plane_tool.selected));
         self.show_document(ctx, document);
+        if let Some((probe, wipe, selected)) = marks {
+            (self.probe, self.wipe, self.plane_tool.selected) = (probe.of_new_data(), wipe, selected);
+        }
         match fate {
             Fate::Fresh => self.say(format!("opened {name}")),
             Fate::Reload => {
@@ -185,7 +190,10 @@ impl Viewer {
             }
         }
         self.settle_renderer();
-        self.histories = super::actions::Histories::new(&self.settings);
+        // What was chosen before can be chosen again where the same arrays are.
+        if !is_reload || arrays(&self.document.data) != arrays_before {
+            self.histories = super::actions::Histories::new(&self.settings);
+        }
         if let Some(source) = recent {
             self.recent.note(&source);
         }
@@ -305,6 +313,14 @@ fn open(source: Source, memory_bytes: u64, progress: &Progress) -> Result<Opened
     let range = document.data.range(&document.field)?;
     session.transfer_function.check_range(range).with_context(|| format!("{}: transfer_function", path.display()))?;
     Ok(Opened { document, fate: Fate::Session(Box::new(session), path) })
+}
+
+/// The names of the data's arrays, and of how many numbers they are.
+fn arrays(data: &Data) -> Vec<(String, usize)> {
+    match data {
+        Data::Mesh(mesh) => mesh.point_data().iter().chain(mesh.cell_data()).map(|a| (a.name.clone(), a.components)).collect(),
+        Data::Volume(grid) => vec![(grid.name().to_owned(), 1)],
+    }
 }
 
 fn name(source: &Source) -> String {

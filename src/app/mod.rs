@@ -5,6 +5,7 @@
 //! panel            the widgets beside the picture
 //! mode             what a pixel shows: light, surfaces, numbers
 //! planes           what clips, and what is drawn where it cuts
+//! plane_handles    the same taken by hand, over the picture
 //! transfer_editor  colours, opacity, range: the transfer function
 //! thresholds       those of the octree, and its numbers
 //! files            opening and reloading; sessions
@@ -28,6 +29,7 @@
 //! slot             which pictures there are
 //! viewport         the picture on the GPU
 //! probe_tool       what is under the pointer, pins, a line: state and jobs
+//! picked           what is seen at a place of the picture
 //! probe_view       the same over the picture and in the panel
 //! projector        from the world to the window
 //! wipe             two pictures in one
@@ -58,7 +60,9 @@ mod navigate;
 mod octree_stage;
 mod pace;
 mod panel;
+mod picked;
 mod pictures;
+mod plane_handles;
 mod planes;
 mod probe_tool;
 mod probe_view;

@@ -68,8 +68,7 @@ pub const DRAGS: [(PointerButton, Hold, Motion, &str); 9] = [
 ];
 
 /// The rest of what the mouse does, for the sheet.
-pub const MORE: [(&str, &str); 2] =
-    [("Wheel", "zoom to the pointer, through the data"), ("Double click", "turn about this place of the surface")];
+pub const MORE: [(&str, &str); 2] = [("Wheel", "zoom to the pointer, through the data"), ("Double click", "turn about what is seen there")];
 
 impl Hold {
     fn of(held: Modifiers) -> Self {

@@ -2,15 +2,14 @@
 
 use super::jobs::{Job, Polled, outcome};
 use super::model::{Data, OctreeModel};
+use super::picked::pick;
 use super::settings::Settings;
-use crate::cpu;
-use crate::geometry::Placed;
+use crate::cpu::PickedWhat;
 use crate::mesh::{FieldSelection, Locator};
 use crate::octree::Subject;
-use crate::optics::Classifier;
 use crate::progress::Progress;
 use crate::study::probe::{LineSamples, Probe, Sample};
-use crate::view::{Camera, Planes};
+use crate::view::{Camera, RenderSettings};
 use anyhow::{Context, Result};
 use glam::DVec3;
 use std::sync::Arc;
@@ -53,7 +52,7 @@ pub struct ProbeTool {
     /// What is along the line.
     pub profile: Option<LineSamples>,
     /// What is under the pointer, and for what that was found.
-    hovered: Option<(Hover, Option<Sample>)>,
+    hovered: Option<(Hover, Option<Hovered>)>,
     source: Option<Arc<Source>>,
     preparing: Option<Job<Result<Source>>>,
     measuring: Option<Job<Result<LineSamples>>>,
@@ -73,12 +72,16 @@ struct Source {
 /// A source and an octree, by where they lie: what was read from them is read anew when either is another.
 type Reading = (usize, usize);
 
+/// What is under the pointer: its values, and what of the picture it is.
+pub type Hovered = (Sample, PickedWhat);
+
 /// What decides what is under the pointer.
 #[derive(PartialEq)]
 struct Hover {
     pixel: [u32; 2],
     size: [u32; 2],
-    planes: Planes,
+    /// Mode, surfaces, planes.
+    render: RenderSettings,
     camera: Camera,
     transfer: super::settings::Transfer,
     reading: Reading,
@@ -94,6 +97,13 @@ impl ProbeTool {
     pub fn read_anew(&mut self) {
         (self.source, self.preparing, self.measuring, self.hovered) = (None, None, None, None);
         (self.pins_of, self.profile_of) = (None, None);
+    }
+
+    /// The same marks, whose values are to be read anew from data that have changed.
+    pub fn of_new_data(self) -> Self {
+        let pins = self.pins.into_iter().map(|pin| Pin { sample: None, ..pin }).collect();
+        let (is_on, kind, ends, last_number) = (self.is_on, self.kind, self.ends, self.last_number);
+        ProbeTool { is_on, kind, pins, ends, last_number, ..Self::default() }
     }
 
     /// Whether there is anything to read.
@@ -170,24 +180,19 @@ impl ProbeTool {
         settings: &Settings,
         data: &Data,
         octree: &Arc<OctreeModel>,
-    ) -> Option<Sample> {
+    ) -> Option<Hovered> {
         let source = self.source.clone().filter(|source| source.field == octree.field)?;
         let reading = reading(&source, octree);
-        let planes = settings.render.planes;
-        let hover = Hover { pixel, size, camera: settings.camera, planes, transfer: settings.transfer.clone(), reading };
-        if let Some((of, sample)) = &self.hovered
+        let hover = Hover { pixel, size, render: settings.render, camera: settings.camera, transfer: settings.transfer.clone(), reading };
+        if let Some((of, hovered)) = &self.hovered
             && *of == hover
         {
-            return *sample;
+            return *hovered;
         }
-        let texture = octree.scene.texture()?;
-        let (center, diagonal) = (data.center(), data.bounds().diagonal());
-        let classifier = Classifier::new(&settings.transfer.function(diagonal), octree.value_range, diagonal);
-        let frame = settings.camera.frame(center, size[0].max(1), size[1].max(1)).with_planes(&settings.render.planes, center);
-        let picked = cpu::pick(texture, octree.surface.as_deref(), &frame, pixel, &classifier);
-        let sample = picked.and_then(|picked| Some(source.probe(octree).ok()?.at(picked.at + center)));
-        self.hovered = Some((hover, sample));
-        sample
+        let picked = pick(octree, data, settings, size, pixel);
+        let hovered = picked.and_then(|(at, what)| Some((source.probe(octree).ok()?.at(at), what)));
+        self.hovered = Some((hover, hovered));
+        hovered
     }
 
     /// A click on what is at a place: pins it or sets an end of the line; a third end begins a new line.

@@ -1,6 +1,7 @@
 //! The probe over the picture, in the panel, and the profile of its line.
 
 use super::model;
+use super::picked::in_words;
 use super::probe_tool::{Pin, ProbeKind};
 use super::projector::Projector;
 use super::viewer::Viewer;
@@ -41,12 +42,14 @@ impl Viewer {
         let Some(pointer) = picture.hover_pos().filter(|_| !picture.dragged()) else { return };
         ui.ctx().set_cursor_icon(egui::CursorIcon::Crosshair);
         let Some(octree) = self.octree.model.clone() else { return };
-        let pixel = (pointer - rect.min) * ui.ctx().pixels_per_point();
-        let size = self.picture_size();
-        let pixel = [(pixel.x.max(0.0) as u32).min(size[0].saturating_sub(1)), (pixel.y.max(0.0) as u32).min(size[1].saturating_sub(1))];
+        let (pixel, size) = (self.pixel_at(rect, pointer), self.picture_size());
         match self.probe.hover(pixel, size, &self.settings, &self.document.data, &octree) {
-            Some(sample) => {
-                label(&painter, rect, pointer, &sample_text(&sample, own));
+            Some((sample, what)) => {
+                let what = in_words(what);
+                let what = if what.is_empty() { what } else { what + "\n" };
+                let text = what + &sample_text(&sample, own);
+                picture.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, format!("picture: {text}")));
+                label(&painter, rect, pointer, &text);
                 if picture.clicked() {
                     self.probe.click(sample.at);
                     ui.ctx().request_repaint();

@@ -37,7 +37,7 @@ pub struct Transfer {
 impl Transfer {
     /// Leaves out what is in data units: the values of other data are others.
     pub fn forget_data(&mut self) {
-        self.base.range = None;
+        (self.base.range, self.base.threshold) = (None, None);
         if matches!(self.base.scale, Scale::Symlog(_)) {
             self.base.scale = Scale::Symlog(None);
         }
@@ -69,11 +69,12 @@ impl Transfer {
         }
     }
 
-    /// Takes all that a file says; a range that it leaves open stays.
+    /// Takes all that a file says; a range and a threshold that it leaves open stay.
     pub fn import(&mut self, map: &NamedTransfer) {
         self.name = map.name.clone();
         let range = map.function.range.or(self.base.range).filter(|range| map.function.scale.fits(*range));
-        self.base = TransferFunction { range, ..map.function.clone() };
+        let threshold = map.function.threshold.or(self.base.threshold);
+        self.base = TransferFunction { range, threshold, ..map.function.clone() };
     }
 
     /// Names the colours after the known map that they are, or as edited.

@@ -12,6 +12,7 @@ use super::navigate;
 use super::octree_stage::{Measured, OctreeStage};
 use super::pace::Pace;
 use super::pictures::{Pictures, Saving, absolute};
+use super::plane_handles::PlaneTool;
 use super::probe_tool::{Pin, ProbeTool};
 use super::problem::Problem;
 use super::recent::Recent;
@@ -58,6 +59,7 @@ pub struct Viewer {
     pub(super) help_is_open: bool,
     pub(super) camera_job: Option<CameraJob>,
     pub(super) transfer_editor: TransferEditor,
+    pub(super) plane_tool: PlaneTool,
     pub(super) probe: ProbeTool,
     pub(super) wipe: Wipe,
     pub(super) leaves: Leaves,
@@ -183,6 +185,7 @@ impl Viewer {
             exact: ExactStage::default(),
             shown: Default::default(),
             frame_times: Default::default(),
+            plane_tool: PlaneTool::default(),
             probe: ProbeTool::default(),
             wipe: Wipe::default(),
             leaves: Leaves::default(),
@@ -461,6 +464,7 @@ impl Viewer {
         let probe = self.probe.emptied();
         discard((before, replace(&mut self.probe, probe), take(&mut self.wipe)));
         self.transfer_editor.forget_data();
+        self.plane_tool = self.plane_tool.emptied();
         self.tuning = self.tuning.emptied();
         self.shown = Default::default();
         Slot::ALL.into_iter().for_each(|slot| self.viewport.stop_refining(slot));
@@ -568,6 +572,7 @@ impl Viewer {
         if let Some(at) = picture.interact_pointer_pos().filter(|_| picture.double_clicked() && !self.probe.is_on) {
             self.recentre(rect, at);
         }
+        self.drag_planes(ui, rect);
         self.histories.watch(ui.ctx(), &self.settings);
         let seen = Seen::of(&self.settings);
         if self.seen != seen {
@@ -584,6 +589,7 @@ impl Viewer {
         }
         furniture::paint(ui.painter(), rect, &drawing.front, drawing.halo);
         self.leaves_over(ui, rect);
+        self.planes_over(ui, rect);
         self.wipe_over(ui, rect);
         self.probe_over(ui, rect, &picture);
         self.tools_over(ui, rect);

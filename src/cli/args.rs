@@ -5,6 +5,7 @@ use super::mode::ModeArgs;
 use super::session::SessionView;
 use super::steps::StepArgs;
 use super::transfer::TransferArgs;
+use super::usage::usage;
 use crate::format::{self, RawLayout, ReadOptions, SolutionFile};
 use crate::furniture;
 use crate::geometry::Placed;
@@ -422,7 +423,7 @@ impl ViewArgs {
 
     /// The files that a view is made from, read and checked before any long work.
     pub fn files(&self) -> Result<(TransferFunction, Option<Camera>)> {
-        self.check()?;
+        usage(self.check())?;
         let session = self.session.as_ref();
         let transfer_function = self.transfer.read(session.and_then(|session| session.transfer_function.as_ref()))?;
         Ok((transfer_function, self.camera_file()?.or(session.and_then(|session| session.camera))))

@@ -20,10 +20,12 @@ mod steps;
 mod subject;
 mod transfer;
 mod tune;
+mod usage;
 mod view;
 
 use clap::{Parser, Subcommand};
 pub use render::one_line;
+pub use usage::exit_status;
 
 /// See inside tetrahedral meshes: an adaptive octree texture, ray-marched on the GPU, with an exact renderer beside it.
 #[derive(Debug, Parser)]

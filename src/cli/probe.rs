@@ -115,7 +115,11 @@ fn parse_point(text: &str) -> Result<DVec3, String> {
 fn parse_line(text: &str) -> Result<[DVec3; 2], String> {
     let ends = text.split_once(':').and_then(|(a, b)| Some([parse_point(a).ok()?, parse_point(b).ok()?]));
     let ends = ends.ok_or("expected X,Y,Z:X,Y,Z, two points")?;
-    if ends[0] == ends[1] { Err("expected two different points".into()) } else { Ok(ends) }
+    match ends[0].distance(ends[1]) {
+        0.0 => Err("expected two different points".into()),
+        length if length.is_finite() => Ok(ends),
+        _ => Err("expected a line whose length is a finite number".into()),
+    }
 }
 
 fn has_suffix(path: &Path, suffix: &str) -> bool {
@@ -139,6 +143,7 @@ mod tests {
             assert!(parse_point(bad).is_err() && parse_line(&format!("{bad}:0,0,0")).is_err(), "{bad}");
         }
         assert!(parse_line("1,2,3").is_err() && parse_line("1,2,3:1,2,3").is_err());
+        assert!(parse_line("0,0,0:1e200,0,0").is_err(), "its length squared is none");
         assert!(parse_output("a.csv").is_ok() && parse_output("a.JSON").is_ok() && parse_output("a.txt").is_err());
         assert_eq!([0.0, -0.25, 1234567.0, 3.0e-7, -1e-300 * 1e-300].map(in_short), ["0", "-0.25", "1234567", "3.000000e-7", "0"]);
     }

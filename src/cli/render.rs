@@ -8,6 +8,7 @@ use super::report::Report;
 use super::sequence::{Sequence, SequenceArgs};
 use super::session::SessionArgs;
 use super::subject::{read_subject, regularized};
+use super::usage::usage;
 use crate::furniture::{self, Furniture, Parts};
 use crate::geometry::Placed;
 use crate::gpu::OctreeVolume;
@@ -106,7 +107,7 @@ impl RenderCommand {
         let output = self.output.clone().unwrap_or_else(|| format!("{}.png", self.mesh.stem()).into());
         let numbers = [self.raw.as_ref(), self.value.as_ref(), self.depth.as_ref()];
         if sequence.is_some() && numbers.iter().any(Option::is_some) {
-            bail!("--raw, --value and --depth are of one picture; a sequence has many");
+            return usage(Err(anyhow!("--raw, --value and --depth are of one picture; a sequence has many")));
         }
         let every_step = self.every_step()?;
         let pictures = every_step.clone().unwrap_or_else(|| sequence.as_ref().map_or_else(|| vec![output.clone()], Sequence::files));
@@ -126,7 +127,7 @@ impl RenderCommand {
         if let Some(stats) = self.stats.as_ref().filter(|stats| pictures[1..].contains(stats)) {
             bail!("{}: two outputs would go to this one file", stats.display());
         }
-        self.check_numbers()?;
+        usage(self.check_numbers())?;
         let files = self.view.files()?;
         if every_step.is_some() {
             return self.draw_steps(&pictures, files);

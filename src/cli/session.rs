@@ -249,7 +249,7 @@ mod tests {
         use clap::CommandFactory;
         let others = ["tf", "size", "renderer", "device", "steps", "step", "voxels", "skip", "intervals", "mode", "xray", "shade", "help"];
         // Changes of the session's own transfer function.
-        let changes = ["range", "scale", "unit_distance", "discrete", "opacity_scale"];
+        let changes = ["range", "threshold", "scale", "unit_distance", "discrete", "opacity_scale"];
         let known = [&CAMERA[..], &ISOSURFACES, &PLANES, &FACES, &PHONG, &others, &changes].concat();
         for arg in ViewFlags::command().get_arguments() {
             assert!(known.contains(&arg.get_id().as_str()), "--{} beside --session", arg.get_id());

@@ -26,6 +26,9 @@ pub struct TransferChanges {
     /// The values that its ends stand for, data units [default: the file's, else the array's smallest and largest]
     #[arg(long, help_heading = "Transfer function", value_name = "LO,HI", allow_hyphen_values = true, value_parser = parse_range)]
     pub range: Option<[f64; 2]>,
+    /// Show only values from LO to HI, data units, LO and HI included; of the volume's light, whatever its opacity is
+    #[arg(long, help_heading = "Transfer function", value_name = "LO,HI", allow_hyphen_values = true, value_parser = parse_threshold)]
+    pub threshold: Option<[f64; 2]>,
     /// How it follows the value: linear, log, symlog (linear up to a thousandth of the range's largest magnitude) or symlog=T (up to T)
     #[arg(long, help_heading = "Transfer function", value_name = "SCALE")]
     pub scale: Option<Scale>,
@@ -41,6 +44,7 @@ impl TransferChanges {
     /// A transfer function with the changes, checked.
     fn applied(&self, mut tf: TransferFunction) -> Result<TransferFunction> {
         tf.range = self.range.or(tf.range);
+        tf.threshold = self.threshold.or(tf.threshold);
         tf.scale = self.scale.unwrap_or(tf.scale);
         tf.unit_distance = self.unit_distance.or(tf.unit_distance);
         tf.steps = self.discrete.or(tf.steps);
@@ -78,6 +82,7 @@ impl TransferArgs {
         let flags = [
             ("--tf", (self.tf != "standard").then(|| self.tf.clone())),
             ("--range", changes.range.map(|[lo, hi]| format!("{lo},{hi}"))),
+            ("--threshold", changes.threshold.map(|[lo, hi]| format!("{lo},{hi}"))),
             ("--scale", scale),
             ("--unit-distance", changes.unit_distance.map(|u| u.to_string())),
             ("--discrete", changes.discrete.map(|n| n.to_string())),
@@ -101,11 +106,20 @@ pub fn read_named(name: &str, changes: &TransferChanges) -> Result<NamedTransfer
 
 /// Two numbers that ascend.
 fn parse_range(text: &str) -> Result<[f64; 2], String> {
-    let numbers = text.split_once(',').map(|(lo, hi)| [lo, hi].map(|n| parse_number(n.trim(), |_| true, "").ok()));
-    match numbers {
-        Some([Some(lo), Some(hi)]) if lo < hi => Ok([lo, hi]),
-        _ => Err("expected LO,HI, two numbers with the first below the second".into()),
-    }
+    let ascends = parse_two(text).filter(|[lo, hi]| lo < hi);
+    ascends.ok_or_else(|| "expected LO,HI, two numbers with the first below the second".into())
+}
+
+/// Two numbers that do not descend.
+fn parse_threshold(text: &str) -> Result<[f64; 2], String> {
+    let ascends = parse_two(text).filter(|[lo, hi]| lo <= hi);
+    ascends.ok_or_else(|| "expected LO,HI, two numbers with the first not above the second".into())
+}
+
+fn parse_two(text: &str) -> Option<[f64; 2]> {
+    let (lo, hi) = text.split_once(',')?;
+    let number = |text: &str| parse_number(text.trim(), |_| true, "").ok();
+    Some([number(lo)?, number(hi)?])
 }
 
 #[cfg(test)]
@@ -130,6 +144,8 @@ mod tests {
             "viridis",
             "--range",
             "-2,5",
+            "--threshold",
+            "-1,-1",
             "--scale",
             "symlog=0.5",
             "--unit-distance",
@@ -143,6 +159,7 @@ mod tests {
         assert_eq!(args.flags(), all);
         let tf = args.read(None).expect("a preset");
         assert_eq!((tf.range, tf.scale, tf.unit_distance, tf.steps), (Some([-2.0, 5.0]), Scale::Symlog(Some(0.5)), Some(3.0), Some(7)));
+        assert_eq!(tf.threshold, Some([-1.0, -1.0]));
         assert_eq!(args.scaled(tf, 100.0).unit_distance, Some(1.5));
         let plain = parsed(&[]);
         assert!(plain.flags().is_empty());
@@ -155,9 +172,16 @@ mod tests {
 
     #[test]
     fn what_cannot_be_is_refused() {
-        for flags in
-            [["--range", "2"], ["--range", "2,1"], ["--range", "a,b"], ["--scale", "cubic"], ["--unit-distance", "0"], ["--discrete", "0"]]
-        {
+        for flags in [
+            ["--range", "2"],
+            ["--range", "2,1"],
+            ["--range", "a,b"],
+            ["--threshold", "2,1"],
+            ["--threshold", "1,inf"],
+            ["--scale", "cubic"],
+            ["--unit-distance", "0"],
+            ["--discrete", "0"],
+        ] {
             assert!(Flags::try_parse_from(["x"].iter().chain(&flags)).is_err(), "{flags:?}");
         }
         let error = format!("{:#}", parsed(&["--scale", "log", "--range", "-1,2"]).read(None).expect_err("no logarithm"));

@@ -11,6 +11,8 @@ mod march_paper;
 mod parts;
 mod pass;
 mod pick;
+#[cfg(test)]
+mod pick_tests;
 mod probe;
 mod ray;
 mod surface;
@@ -23,7 +25,7 @@ use faces::FacePlace;
 pub use faces::SEAM;
 pub use march_leaf::MAX_PIECES;
 pub use pass::EDGE_INK;
-pub use pick::{Picked, pick};
+pub use pick::{Picked, PickedWhat, pick};
 pub use probe::{CLOSE, MAX_STEPS};
 pub use ray::{FAR, PARALLEL};
 pub use surface::{MAX_HITS, TINY, surface_intervals};

@@ -1,11 +1,11 @@
-//! What is seen at a pixel: the place on its ray that gives most of its light. No shader has a twin of this.
+//! What is seen at a pixel, in every mode. No shader has a twin of this.
 
-use super::ray::Ray;
+use super::ray::{FAR, Ray};
 use super::surface::intervals_on;
 use crate::mesh::BoundarySurface;
 use crate::octree::OctreeTexture;
-use crate::optics::Classifier;
-use crate::view::{CubeRays, RayFrame};
+use crate::optics::{Classifier, KnotTable, Style};
+use crate::view::{CubeRays, Isosurface, Mode, PlaneUse, RayFrame, RenderSettings};
 use glam::DVec3;
 
 /// A ray is looked at in at most so many pieces.
@@ -14,26 +14,56 @@ const MAX_PIECES: f32 = 4096.0;
 /// Behind this nothing is seen.
 const LEAST_TRANSMITTANCE: f64 = 1e-4;
 
+/// The ends of a piece are looked at so far inside it, in parts of its length: on a face of the data there may be nothing.
+const INSIDE: f32 = 1e-3;
+
+/// Where a surface lies between two places is found by so many halvings.
+const HALVINGS: u32 = 24;
+
 /// What a ray sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Picked {
     /// Where, relative to the centre that the frame is relative to.
     pub at: DVec3,
-    /// The share of the pixel that the piece of the ray around it makes up, above 0 and at most 1.
+    /// The share of the pixel that what is there makes up, above 0 and at most 1; 1 for a number.
     pub opacity: f64,
+    /// What it is.
+    pub what: PickedWhat,
 }
 
-/// The place on the ray of pixel (column, row) that counts most in the picture: the middle, by opacity, of the piece of the ray with the
-/// largest opacity times the transmittance before it. Pieces are half as long as the finest leaves' edge; of pieces that count alike it is
-/// the first. `None` where nothing is seen.
+/// What is seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PickedWhat {
+    /// Light of the volume.
+    Light,
+    /// A surface of this value, data units.
+    Isosurface(f64),
+    /// A plane that is drawn, by its number from 0 among all planes of the frame.
+    Cut(usize),
+    /// The largest value on the ray.
+    Largest,
+    /// The smallest value on the ray.
+    Smallest,
+    /// The middle of the ray's way through the data: its mean and its integral are of all of it.
+    Middle,
+}
+
+/// What the ray of pixel (column, row) sees, as `settings` draw it; `None` where it sees nothing.
 ///
-/// The ray is followed inside `surface`, where there is one, and where the frame's planes do not clip it, through the texture's reconstructed field, classified piece by piece.
+/// With [`Mode::Composite`] it is what makes up most of the pixel: a surface, a plane that is drawn, or the volume around a place, which is then
+/// the middle, by opacity, of the piece of the ray with the largest opacity times the transmittance before it. Pieces are half as long as the
+/// finest leaves' edge; of what counts alike it is the first. With [`Mode::Iso`] it is the surface or plane that is met first of those that
+/// are not transparent, for a maximum or minimum where that value is first met, for a mean or integral the middle of the ray's way through the data.
+///
+/// The ray is followed inside `surface`, where there is one, and where the frame's planes do not clip it, through the texture's
+/// reconstructed field, classified piece by piece.
 pub fn pick(
     texture: &OctreeTexture,
     surface: Option<&BoundarySurface>,
     frame: &RayFrame,
     [column, row]: [u32; 2],
     classifier: &Classifier,
+    settings: &RenderSettings,
 ) -> Option<Picked> {
     let rays = CubeRays::new(frame, texture.root_min(), texture.root_edge());
     let ray = Ray::enter(rays.ray(column, row), &rays.clips);
@@ -45,146 +75,191 @@ pub fn pick(
     spans.retain(|span| span.0 < span.1);
     let whole = spans.iter().map(|span| span.1 - span.0).sum::<f32>() * ray.length;
     let step = (0.5 * (-f32::from(texture.depth())).exp2()).max(whole / MAX_PIECES);
-    let table = classifier.table(texture.root_edge());
-    let (mut transmittance, mut best): (f64, Option<Picked>) = (1.0, None);
-    for (begin, end) in spans {
-        let length = (end - begin) * ray.length;
-        let pieces = (length / step).ceil().max(1.0);
-        for k in 0..pieces as u32 {
-            let place = |part: f32| ray.origin + ray.direction * (begin + (end - begin) * ((k as f32 + part) / pieces));
-            let Some(value) = texture.value_at(place(0.5).as_dvec3()) else { continue };
-            let depth = f64::from(table.classify(table.interval(value), value).extinction * (length / pieces));
-            let alpha = -(-depth).exp_m1();
-            let opacity = transmittance * alpha;
-            if opacity > best.map_or(0.0, |best| best.opacity) {
-                // Where half of the piece's opacity lies before it.
-                let part = if depth > 1e-6 { -(-0.5 * alpha).ln_1p() / depth } else { 0.5 };
-                best = Some(Picked { at: texture.root_min() + place(part as f32).as_dvec3() * texture.root_edge(), opacity });
-            }
-            transmittance *= 1.0 - alpha;
-            if transmittance < best.map_or(0.0, |best| best.opacity).max(LEAST_TRANSMITTANCE) {
-                return best;
-            }
-        }
+    let way = Way { texture, ray: &ray, spans, step };
+    match settings.mode {
+        Mode::Composite | Mode::Iso => Looked::new(&way, frame, &rays, classifier, settings).along(),
+        Mode::Maximum => way.extreme(|value, best| value > best).map(|t| way.picked(t, PickedWhat::Largest, 1.0)),
+        Mode::Minimum => way.extreme(|value, best| value < best).map(|t| way.picked(t, PickedWhat::Smallest, 1.0)),
+        Mode::Mean | Mode::Integral => way.middle().map(|t| way.picked(t, PickedWhat::Middle, 1.0)),
     }
-    best
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mesh::generate::{Shape, plan};
-    use crate::mesh::{FieldSelection, ScalarField, collect};
-    use crate::octree::{CellKind, Octree};
-    use crate::view::{Camera, Projection, TransferFunction};
-    use glam::UVec3;
+/// A ray's way through the data.
+struct Way<'a> {
+    texture: &'a OctreeTexture,
+    ray: &'a Ray,
+    /// Where it is inside, in t.
+    spans: Vec<(f32, f32)>,
+    /// The longest piece, in cube edges.
+    step: f32,
+}
 
-    const DEPTH: u8 = 5;
+/// A piece of it, in t.
+#[derive(Clone, Copy)]
+struct Piece {
+    begin: f32,
+    end: f32,
+    /// Whether it does not go on from the piece before.
+    is_first: bool,
+}
 
-    /// Leaves of one depth over [-1, 1]^3 with the value of their centre.
-    fn texture(value: impl Fn(DVec3) -> f32) -> OctreeTexture {
-        let kind = |at: UVec3, depth: u8| match depth {
-            DEPTH => CellKind::Leaf(value((at.as_dvec3() + 0.5) / f64::from(1 << (DEPTH - 1)) - 1.0)),
-            _ => CellKind::Split,
-        };
-        OctreeTexture::encode(&Octree::from_fn(DVec3::splat(-1.0), 2.0, [0.0, 1.0], kind)).expect("fits")
+impl Piece {
+    /// Places in it: just inside its beginning, in the middle, just inside its end.
+    fn places(&self) -> [f32; 3] {
+        [INSIDE, 0.5, 1.0 - INSIDE].map(|part| self.begin + (self.end - self.begin) * part)
+    }
+}
+
+impl Way<'_> {
+    fn pieces(&self) -> impl Iterator<Item = Piece> {
+        self.spans.iter().flat_map(|&(begin, end)| {
+            let pieces = ((end - begin) * self.ray.length / self.step).ceil().max(1.0);
+            let at = move |k: u32| begin + (end - begin) * (k as f32 / pieces);
+            (0..pieces as u32).map(move |k| Piece { begin: at(k), end: at(k + 1), is_first: k == 0 })
+        })
     }
 
-    /// The edge of a leaf.
-    const CELL: f64 = 2.0 / (1 << DEPTH) as f64;
-
-    /// A transfer function by opacity a unit of length.
-    fn classifier(opacity: &[[f64; 2]]) -> Classifier {
-        let tf = TransferFunction { opacity: opacity.to_vec(), unit_distance: Some(1e-3), ..TransferFunction::standard() };
-        Classifier::new(&tf, [0.0, 1.0], 1.0)
+    /// The normalised value at t; `None` where there is none.
+    fn value(&self, t: f32) -> Option<f32> {
+        self.texture.value_at((self.ray.origin + self.ray.direction * t).as_dvec3())
     }
 
-    /// From the side along x, through (y, z) = (0.03, 0.01) in the middle.
-    fn frame(projection: Projection) -> RayFrame {
-        let (eye, target) = (DVec3::new(-5.0, 0.03, 0.01), DVec3::new(0.0, 0.03, 0.01));
-        Camera { eye, target, up: DVec3::Z, projection }.frame(DVec3::ZERO, 65, 65)
+    fn picked(&self, t: f32, what: PickedWhat, opacity: f64) -> Picked {
+        let unit = (self.ray.origin + self.ray.direction * t).as_dvec3();
+        Picked { at: self.texture.root_min() + unit * self.texture.root_edge(), opacity, what }
     }
 
-    const PARALLEL: Projection = Projection::Parallel { view_height: 2.0 };
+    /// Where the value is first met that is better than all others.
+    fn extreme(&self, is_better: impl Fn(f32, f32) -> bool) -> Option<f32> {
+        let places = self.pieces().flat_map(|piece| piece.places()).filter_map(|t| Some((t, self.value(t)?)));
+        places.reduce(|best, at| if is_better(at.1, best.1) { at } else { best }).map(|(t, _)| t)
+    }
 
-    #[test]
-    fn an_opaque_slab_is_seen_at_its_face() {
-        // From x = 0.25 on, four cells thick; a veil of 1/1000 of its extinction before.
-        let texture = texture(|p| if (0.25..0.5).contains(&p.x) { 1.0 } else { 0.25 });
-        let classifier = classifier(&[[0.0, 0.0], [0.5, 1e-5], [0.5, 1.0], [1.0, 1.0]]);
-        // Oblique rays meet the face somewhere in a piece, which is seen by its middle.
-        for (projection, within) in [(PARALLEL, 1e-5), (Projection::Perspective { fov_y_degrees: 20.0 }, 0.26 * CELL)] {
-            let frame = frame(projection);
-            for pixel in [[32, 32], [20, 40]] {
-                let picked = pick(&texture, None, &frame, pixel, &classifier).expect("the slab");
-                let (origin, direction) = frame.ray(pixel[0], pixel[1]);
-                let off = (picked.at - origin).reject_from(direction).length();
-                // Half of the light comes from the first ln 2 of optical depth.
-                let expected = 0.25 + std::f64::consts::LN_2 / 1000.0;
-                assert!((picked.at.x - expected).abs() < within && off < 1e-5, "{picked:?}, {off} beside the ray");
-                assert!(picked.opacity > 0.9);
+    /// Half of the way through what has values.
+    fn middle(&self) -> Option<f32> {
+        let full: Vec<Piece> = self.pieces().filter(|piece| self.value(piece.places()[1]).is_some()).collect();
+        let mut rest = full.iter().map(|piece| piece.end - piece.begin).sum::<f32>() / 2.0;
+        for piece in full {
+            let length = piece.end - piece.begin;
+            if rest <= length {
+                return Some(piece.begin + rest);
+            }
+            rest -= length;
+        }
+        None
+    }
+
+    /// Where, between two places with values on either side of it, the field passes a value.
+    fn meet(&self, [mut low, mut high]: [f32; 2], front: f32, value: f32) -> f32 {
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            let Some(here) = self.value(middle) else { break };
+            if (here < value) == (front < value) { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
+    }
+}
+
+/// Something thin that a ray meets.
+#[derive(Clone, Copy)]
+struct Met {
+    t: f32,
+    what: PickedWhat,
+    opacity: f64,
+}
+
+/// What a ray looks for where it sees light and surfaces.
+struct Looked<'a> {
+    way: &'a Way<'a>,
+    table: KnotTable,
+    is_lit: bool,
+    /// Surfaces with their normalised values.
+    surfaces: Vec<(Isosurface, f32)>,
+    cuts: Vec<Met>,
+    transmittance: f64,
+    best: Option<Picked>,
+}
+
+impl<'a> Looked<'a> {
+    fn new(way: &'a Way<'a>, frame: &RayFrame, rays: &CubeRays, classifier: &Classifier, settings: &RenderSettings) -> Self {
+        let edge = way.texture.root_edge();
+        let table = classifier.table(edge);
+        let style = Style::new(settings, classifier, &table, edge);
+        let surfaces = settings.surfaces().ascending().zip(style.surfaces()).map(|(surface, styled)| (surface, styled.value)).collect();
+        let numbers = frame.planes.iter().enumerate().filter(|(_, plane)| plane.used != PlaneUse::Clip).map(|(i, _)| i);
+        let cuts = rays.cuts.used().iter().zip(rays.cut_looks).zip(numbers).map(|((plane, [opacity, _]), number)| {
+            let (along, before) = (plane.truncate().dot(way.ray.direction), plane.w - plane.truncate().dot(way.ray.origin));
+            let t = if along == 0.0 { FAR } else { before / along };
+            Met { t, what: PickedWhat::Cut(number), opacity: opacity.into() }
+        });
+        let cuts = cuts.collect();
+        Looked { way, table, is_lit: settings.mode == Mode::Composite, surfaces, cuts, transmittance: 1.0, best: None }
+    }
+
+    /// What counts most.
+    fn along(mut self) -> Option<Picked> {
+        let way = self.way;
+        let mut last: Option<(f32, f32)> = None;
+        for piece in way.pieces() {
+            if piece.is_first {
+                last = None;
+            }
+            let mut begin = piece.begin;
+            for met in self.met_in(&piece, &mut last) {
+                self.pass_light(begin, met.t);
+                self.pass(met.t, met.what, met.opacity);
+                begin = met.t;
+            }
+            self.pass_light(begin, piece.end);
+            let share = self.best.map_or(0.0, |best| best.opacity);
+            // Behind the first surface there may be nothing that counts for as much.
+            if self.transmittance < share.max(LEAST_TRANSMITTANCE) || (!self.is_lit && self.best.is_some()) {
+                break;
             }
         }
-        let nothing = classifier_of_nothing();
-        assert_eq!(pick(&texture, None, &frame(PARALLEL), [32, 32], &nothing), None);
+        self.best
     }
 
-    fn classifier_of_nothing() -> Classifier {
-        classifier(&[[0.0, 0.0], [1.0, 0.0]])
+    /// Surfaces and planes in a piece, in the order of the ray; `last` is the place before and its value.
+    fn met_in(&self, piece: &Piece, last: &mut Option<(f32, f32)>) -> Vec<Met> {
+        if self.surfaces.is_empty() && self.cuts.is_empty() {
+            return Vec::new();
+        }
+        let is_in = |t: f32| (piece.begin..piece.end).contains(&t);
+        let mut all: Vec<Met> = self.cuts.iter().filter(|met| is_in(met.t) && self.way.value(met.t).is_some()).copied().collect();
+        for t in piece.places() {
+            let here = self.way.value(t).map(|value| (t, value));
+            if let (Some((t0, front)), Some((t1, back))) = (*last, here) {
+                let passed = self.surfaces.iter().filter(|(_, value)| (front < *value) != (back < *value));
+                all.extend(passed.map(|&(surface, value)| {
+                    let t = self.way.meet([t0, t1], front, value).clamp(piece.begin, piece.end);
+                    Met { t, what: PickedWhat::Isosurface(surface.value), opacity: surface.opacity.into() }
+                }));
+            }
+            *last = here;
+        }
+        all.sort_by(|a, b| a.t.total_cmp(&b.t));
+        all
     }
 
-    #[test]
-    fn a_shell_is_seen_before_the_core_only_if_it_counts_for_more() {
-        // A shell of radii 0.7 to 0.8 and a core of 0.3 in an empty ball.
-        let texture = texture(|p| match p.length() {
-            r if r < 0.3 => 1.0,
-            r if (0.7..0.8).contains(&r) => 0.5,
-            _ => 0.0,
-        });
-        // Extinction 0.3 per unit in the shell: pieces of half a cell have less than 1 % of opacity; the core is opaque.
-        let seen = |shell: f64| {
-            let knots = [[0.0, 0.0], [0.25, 0.0], [0.25, shell], [0.75, shell], [0.75, 1.0], [1.0, 1.0]];
-            pick(&texture, None, &frame(PARALLEL), [32, 32], &classifier(&knots)).expect("something").at.length()
-        };
-        assert!((seen(3e-4) - 0.3).abs() < CELL, "the core through a thin shell: {}", seen(3e-4));
-        assert!((seen(1.0) - 0.8).abs() < CELL, "the outside of an opaque shell: {}", seen(1.0));
+    /// Passes something of this opacity; what counts for more than all before it is remembered.
+    fn pass(&mut self, t: f32, what: PickedWhat, opacity: f64) {
+        let share = self.transmittance * opacity;
+        let is_first = self.is_lit || self.best.is_none();
+        if is_first && share > self.best.map_or(0.0, |best| best.opacity) {
+            self.best = Some(self.way.picked(t, what, share));
+        }
+        self.transmittance *= 1.0 - opacity;
     }
 
-    #[test]
-    fn what_lies_behind_counts_for_what_gets_through() {
-        // Two slabs of one cell, two pieces each: of opacity `front` and 0.7 a piece.
-        let texture = texture(|p| match p.x {
-            x if (-0.5..-0.4375).contains(&x) => 0.5,
-            x if (0.25..0.3125).contains(&x) => 1.0,
-            _ => 0.0,
-        });
-        // Opacity of a thousandth of a unit that makes that of a piece.
-        let thin = |piece: f64| -(-piece).ln_1p() / (0.5 * CELL) * 1e-3;
-        let seen = |front: f64| {
-            let (front, back) = (thin(front), thin(0.7));
-            let knots = [[0.0, 0.0], [0.25, 0.0], [0.25, front], [0.75, front], [0.75, back], [1.0, back]];
-            pick(&texture, None, &frame(PARALLEL), [32, 32], &classifier(&knots)).expect("something")
-        };
-        // 0.35 before 0.65^2 0.7 = 0.296, and 0.2 before 0.8^2 0.7 = 0.448.
-        let (front, back) = (seen(0.35), seen(0.2));
-        assert!((-0.5..-0.5 + CELL / 2.0).contains(&front.at.x) && (front.opacity - 0.35).abs() < 1e-4, "{front:?}");
-        assert!((0.25..0.25 + CELL / 2.0).contains(&back.at.x) && (back.opacity - 0.448).abs() < 1e-4, "{back:?}");
-    }
-
-    #[test]
-    fn rays_see_what_lies_inside_the_surface() {
-        let ball = collect(&*plan(Shape::Ball, Some(6 * 20 * 20 * 20)).expect("a size")).expect("valid");
-        let field = ScalarField::select(&ball, &FieldSelection::default()).expect("a field");
-        let surface = BoundarySurface::new(&ball, &field);
-        let (low, edge) = ball.root_cube();
-        let kind = |_: UVec3, depth: u8| if depth == 4 { CellKind::Leaf(0.5) } else { CellKind::Split };
-        let texture = OctreeTexture::encode(&Octree::from_fn(low, edge, [0.0, 1.0], kind)).expect("fits");
-        let opaque = classifier(&[[0.0, 1.0]]);
-        let radius = ball.bounds().size().x / 2.0;
-        let picked = pick(&texture, Some(&surface), &frame(PARALLEL), [32, 32], &opaque).expect("the ball").at;
-        assert!((picked.length() / radius - 1.0).abs() < 0.01 && picked.x < 0.0, "{picked}");
-        assert_eq!(pick(&texture, Some(&surface), &frame(PARALLEL), [1, 1], &opaque), None, "a corner of the cube beside the ball");
-        let through = pick(&texture, None, &frame(PARALLEL), [1, 1], &opaque).expect("the cube").at;
-        assert!((through.x - low.x).abs() < 0.01 * edge, "{through}");
+    /// Passes the light of a part of a piece.
+    fn pass_light(&mut self, begin: f32, end: f32) {
+        let Some(value) = self.way.value(0.5 * (begin + end)).filter(|_| self.is_lit && end > begin) else { return };
+        let extinction = self.table.classify(self.table.interval(value), value).extinction;
+        let depth = f64::from(extinction * ((end - begin) * self.way.ray.length));
+        let alpha = -(-depth).exp_m1();
+        // Where half of the part's opacity lies before it.
+        let part = if depth > 1e-6 { -(-0.5 * alpha).ln_1p() / depth } else { 0.5 };
+        self.pass(begin + (end - begin) * part as f32, PickedWhat::Light, alpha);
     }
 }

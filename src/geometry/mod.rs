@@ -6,6 +6,7 @@
 mod aabb;
 mod overlap;
 mod placed;
+mod section;
 mod tet;
 
 pub use aabb::Aabb;

@@ -109,7 +109,11 @@ mod tests {
             component: Component::Index(5),
             thresholds: Preset::Paper.params(),
             camera: Some(Camera { eye, target: DVec3::ONE, up: DVec3::Y, projection: Projection::Parallel { view_height: 0.3 } }),
-            transfer_function: TransferFunction { range: Some([0.1, 0.7]), ..TransferFunction::preset("turbo").expect("a preset") },
+            transfer_function: TransferFunction {
+                range: Some([0.1, 0.7]),
+                threshold: Some([0.3, 0.4]),
+                ..TransferFunction::preset("turbo").expect("a preset")
+            },
             render: RenderSettings {
                 width: 31,
                 height: 17,

@@ -162,6 +162,21 @@ impl Planes {
         self.iter().any(|plane| plane.used != PlaneUse::Clip)
     }
 
+    /// The t from and to which a ray, `origin + t direction`, is not clipped; from infinity to minus infinity where it is all along.
+    pub fn unclipped(&self, origin: DVec3, direction: DVec3) -> [f64; 2] {
+        let [mut begin, mut end] = [f64::NEG_INFINITY, f64::INFINITY];
+        for plane in self.iter().filter(|plane| plane.used == PlaneUse::Clip) {
+            let (along, before) = (direction.dot(plane.normal), (plane.point - origin).dot(plane.normal));
+            match along {
+                along if along > 0.0 => begin = begin.max(before / along),
+                along if along < 0.0 => end = end.min(before / along),
+                _ if before > 0.0 => return [f64::INFINITY, f64::NEG_INFINITY],
+                _ => {}
+            }
+        }
+        [begin, end]
+    }
+
     /// The same, moved.
     pub fn translated(&self, by: DVec3) -> Planes {
         Planes { list: self.list.map(|plane| plane.map(|plane| Plane { point: plane.point + by, ..plane })) }
@@ -193,5 +208,22 @@ mod tests {
         let moved = Planes::new(&[plane]).expect("valid").translated(DVec3::X);
         assert_eq!(moved.iter().next().map(|plane| plane.point), Some(DVec3::new(2.0, 1.0, 1.0)));
         assert!(!moved.are_drawn() && !moved.is_empty() && Planes::NONE.is_empty());
+    }
+
+    #[test]
+    fn rays_are_clipped_from_both_sides() {
+        let of = |text| Plane::parse(text, PlaneUse::Clip).expect("a plane");
+        let planes = Planes::new(&[
+            of("x=1"),
+            of("-x=3"),
+            of("0,0,0:0,-2,0"),
+            Plane { used: PlaneUse::Cut { opacity: 1.0, edges: false }, ..of("x=2") },
+        ]);
+        let planes = planes.expect("valid");
+        assert_eq!(planes.unclipped(DVec3::NEG_X, DVec3::X * 2.0), [1.0, 2.0]);
+        assert_eq!(planes.unclipped(DVec3::X * 7.0, DVec3::NEG_X), [4.0, 6.0]);
+        let beside = planes.unclipped(DVec3::Y, DVec3::X);
+        assert!(beside[0] > beside[1]);
+        assert_eq!(Planes::NONE.unclipped(DVec3::Y, DVec3::X), [f64::NEG_INFINITY, f64::INFINITY]);
     }
 }

@@ -10,6 +10,10 @@ const TOLERANCE: f64 = 1e-3;
 /// By how much of the range the colour above begins beyond its end, so that the largest value of the range has the range's colour.
 const BEYOND: f64 = 1.0 / (1 << 20) as f64;
 
+/// By how much of the data's range values may lie outside a threshold and count as inside: an octree's samples are rounded by half as
+/// much.
+const ROUNDED: f64 = 1.0 / (1 << 17) as f64;
+
 impl TransferFunction {
     /// The place of a value, data units, on the scale of this transfer function; 0 and 1 are the ends of its range, or of `data_range` if
     /// it names none. A scale that does not fit the range counts as linear.
@@ -43,14 +47,15 @@ impl TransferFunction {
     }
 
     /// The function that renderers draw for a field whose values go from `data_range[0]` to `data_range[1]`: linear in the value, without
-    /// steps and colours beyond the range of their own, but with the knots that those take.
+    /// steps, threshold and colours beyond the range of their own, but with the knots that those take.
     ///
     /// Other scales are *defined* as this: piecewise linear over so many knots that x is nowhere further than 1e-3 from the scale's. Of a
     /// function that is such already nothing changes. A scale that does not fit the range counts as linear.
     pub fn in_data(&self, data_range: [f64; 2]) -> Cow<'_, TransferFunction> {
         let range = self.range.unwrap_or(data_range);
         let scale = self.scale.or_linear(range);
-        if scale == Scale::Linear && self.steps.is_none() && self.below.is_none() && self.above.is_none() {
+        let is_plain = self.steps.is_none() && self.below.is_none() && self.above.is_none() && self.threshold.is_none();
+        if scale == Scale::Linear && is_plain {
             return if self.scale == scale { Cow::Borrowed(self) } else { Cow::Owned(TransferFunction { scale, ..self.clone() }) };
         }
         let (mut color, mut opacity) = (self.stepped_color().into_owned(), self.opacity.clone());
@@ -75,9 +80,41 @@ impl TransferFunction {
             color.retain(|k| k[0] <= 1.0);
             color.extend([[end, er, eg, eb], [end, r, g, b]]);
         }
-        let range = self.range;
-        Cow::Owned(TransferFunction { color, opacity, range, scale: Scale::Linear, steps: None, below: None, above: None, ..self.clone() })
+        if let Some(threshold) = self.threshold {
+            opacity = within(opacity, threshold, range, data_range);
+        }
+        let (steps, below, above, threshold) = (None, None, None, None);
+        Cow::Owned(TransferFunction { color, opacity, scale: Scale::Linear, steps, below, above, threshold, ..self.clone() })
     }
+}
+
+/// Opacity, x being linear over `range`, with none outside a threshold. Where a field has no values there is no step: its smallest and its
+/// largest are inside if the threshold has them.
+fn within(mut opacity: Vec<[f64; 2]>, [from, to]: [f64; 2], range: [f64; 2], [lo, hi]: [f64; 2]) -> Vec<[f64; 2]> {
+    let rounded = ROUNDED * (hi - lo);
+    let (from, to) = (from - rounded, to + rounded);
+    if from > hi || to < lo {
+        return vec![[0.0, 0.0]];
+    }
+    if lo >= hi {
+        return opacity;
+    }
+    if from > lo {
+        let x = Scale::Linear.position(range, from);
+        let begin = at(&opacity, x);
+        opacity.retain(|k| k[0] > x);
+        opacity.splice(0..0, [[x, 0.0], begin]);
+    }
+    if to < hi {
+        let x = Scale::Linear.position(range, to);
+        // As it is when x is neared from below, also at a step there.
+        let end = opacity.partition_point(|k| k[0] < x);
+        let (a, b) = (opacity[end.saturating_sub(1)], opacity[end.min(opacity.len() - 1)]);
+        let f = if b[0] > a[0] { (x - a[0]) / (b[0] - a[0]) } else { 0.0 };
+        opacity.truncate(end);
+        opacity.extend([[x, (1.0 - f) * a[1] + f * b[1]], [x, 0.0]]);
+    }
+    opacity
 }
 
 /// Places in [0, 1], ascending, between which x is linear in the value: the knots given, and others where the scale asks for them.
@@ -158,6 +195,32 @@ mod tests {
             scale,
             ..TransferFunction::standard()
         }
+    }
+
+    #[test]
+    fn a_threshold_takes_opacity_from_what_lies_outside() {
+        let scales = [(Scale::Linear, [0.0, 10.0]), (Scale::Log, [1.0, 10.0]), (Scale::Symlog(Some(0.5)), [-10.0, 10.0])];
+        for (scale, range) in scales {
+            for threshold in [[2.0, 7.5], [-20.0, 7.5], [2.0, 20.0], [3.0, 3.0], [-20.0, 20.0], [11.0, 12.0], [-20.0, -15.0]] {
+                // The colours span a part of the data only.
+                let data = [range[0] * 1.2, 12.0];
+                let whole = TransferFunction { opacity: vec![[0.0, 0.2], [0.5, 1.0], [1.0, 0.4]], ..ramp(scale, range) };
+                let cut = TransferFunction { threshold: Some(threshold), ..whole.clone() };
+                let (whole, cut) = (whole.in_data(data), cut.in_data(data));
+                cut.validate().expect("knots ascend");
+                assert_eq!((cut.threshold, &cut.color), (None, &whole.color));
+                for k in 0..=4000 {
+                    let value = data[0] + (data[1] - data[0]) * f64::from(k) / 4000.0;
+                    let opacity = |tf: &TransferFunction| at(&tf.opacity, Scale::Linear.position(range, value))[1];
+                    let expected = if (threshold[0]..=threshold[1]).contains(&value) { opacity(&whole) } else { 0.0 };
+                    assert!((opacity(&cut) - expected).abs() < 1e-9, "{scale:?} {threshold:?} at {value}: {}", opacity(&cut));
+                }
+            }
+        }
+        // Of a field of one value all is inside or nothing.
+        let one = |threshold| TransferFunction { threshold: Some(threshold), ..ramp(Scale::Linear, [0.0, 1.0]) };
+        let one = |threshold| TransferFunction { range: None, ..one(threshold) }.in_data([5.0, 5.0]).opacity.clone();
+        assert_eq!((one([4.0, 5.0]), one([5.5, 6.0])), (vec![[0.0, 0.0], [1.0, 1.0]], vec![[0.0, 0.0]]));
     }
 
     #[test]

@@ -43,6 +43,10 @@ pub struct TransferFunction {
     /// Colour of values above the range.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub above: Option<[f64; 3]>,
+    /// `[from, to]` in data units: values outside are transparent, whatever their opacity. It is of the volume's light only: surfaces, planes
+    /// and numbers stay as they are. `None`: none are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub threshold: Option<[f64; 2]>,
     /// Colour of missing values on surfaces; in a volume they are transparent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nan: Option<[f64; 3]>,
@@ -77,6 +81,9 @@ pub enum TransferFunctionError {
     /// range must ascend.
     #[error("range is [{}, {}], expected two finite numbers with the first below the second, or null", .0[0], .0[1])]
     Range([f64; 2]),
+    /// A threshold must not descend.
+    #[error("threshold is [{}, {}], expected two finite numbers with the first not above the second, or null", .0[0], .0[1])]
+    Thresholds([f64; 2]),
     /// A logarithm of what has none.
     #[error("scale \"log\" needs a range above 0, and that of the {of} is {} to {}; name another range, or take \"symlog\"", .range[0], .range[1])]
     Log {
@@ -146,6 +153,7 @@ impl TransferFunction {
             steps: None,
             below: None,
             above: None,
+            threshold: None,
             nan: None,
         }
     }
@@ -179,6 +187,9 @@ impl TransferFunction {
             if !self.scale.fits(range) && self.scale == Scale::Log {
                 return Err(TransferFunctionError::Log { of: "transfer function", range });
             }
+        }
+        if let Some([from, to]) = self.threshold.filter(|[from, to]| !(from.is_finite() && to.is_finite() && from <= to)) {
+            return Err(TransferFunctionError::Thresholds([from, to]));
         }
         match self.scale {
             Scale::Symlog(Some(t)) if !(t.is_finite() && t > 0.0) => return Err(TransferFunctionError::Threshold(t)),
@@ -244,13 +255,14 @@ mod tests {
         let tf: TransferFunction = serde_json::from_str(r#"{"color": [[0,1,1,1]], "opacity": [[0,0],[1,1]]}"#).expect("minimal");
         assert_eq!((tf.opacity_model, tf.unit_distance, tf.range), (OpacityModel::Linear, None, None));
         let written = serde_json::to_string(&tf).expect("writes");
-        assert!(!["scale", "steps", "below", "above", "nan"].iter().any(|key| written.contains(key)), "{written}");
+        assert!(!["scale", "steps", "below", "above", "threshold", "nan"].iter().any(|key| written.contains(key)), "{written}");
         assert_eq!(serde_json::from_str::<TransferFunction>(&written).expect("reads"), tf);
         let full = TransferFunction {
             scale: Scale::Symlog(Some(0.25)),
             steps: Some(7),
             below: Some([0.0, 0.5, 1.0]),
             above: Some([1.0; 3]),
+            threshold: Some([-0.1, 0.7]),
             nan: Some([1.0, 1.0, 0.0]),
             ..tf
         };
@@ -286,6 +298,8 @@ mod tests {
             tf.validate().expect_err("wrong").to_string()
         };
         assert!(of(|tf| tf.steps = Some(0)).contains("steps is 0"));
+        assert!(of(|tf| tf.threshold = Some([2.0, 1.0])).contains("threshold is [2, 1]"));
+        TransferFunction { threshold: Some([1.0, 1.0]), ..TransferFunction::standard() }.validate().expect("one value");
         assert!(of(|tf| tf.above = Some([0.0, 2.0, 0.0])).contains("above is [0.0, 2.0, 0.0]"));
         assert!(of(|tf| tf.scale = Scale::Symlog(Some(0.0))).contains("threshold"));
         let beyond = of(|tf| (tf.scale, tf.opacity[5][0]) = (Scale::Symlog(None), 1.5));

@@ -81,6 +81,30 @@ fn the_probe_pins_labels_and_plots_a_line() {
 }
 
 #[test]
+fn the_probe_says_what_of_a_number_it_points_at() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut window = open(folder.path());
+    window.key_press(egui::Key::P);
+    window.step();
+    let mut modes = vec![];
+    for (mode, said) in [("largest (MIP)", "largest value"), ("smallest (MinIP)", "smallest value"), ("X-ray: mean", "middle of the ray")] {
+        window.get_by_role_and_label(Role::ComboBox, "Mode").click_accesskit();
+        window.run_steps(3);
+        window.get_by_label(mode).click_accesskit();
+        window.run_steps(3);
+        let pins = window.state().pins().len() + 1;
+        click_at(&mut window, [0.5, 0.5], |viewer| viewer.pins().len() == pins);
+        window.hover_at(place(&window, 0.5, 0.5));
+        window.run_steps(2);
+        window.get_by_label_contains(&format!("picture: {said}"));
+        modes.push(window.state().pins()[pins - 1].at.length());
+    }
+    // The field is the distance from the centre: largest on the surface, smallest in the middle, which is that of the ray.
+    let [largest, smallest, middle] = modes[..] else { panic!("three modes") };
+    assert!((0.9..1.01).contains(&largest) && smallest < 0.1 && middle < 0.1, "{modes:?}");
+}
+
+#[test]
 fn two_pictures_stand_beside_each_other_and_their_difference_is_shown() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut window = open(folder.path());

@@ -4,6 +4,7 @@
 //! plot             the drawings and what is dragged on them
 //! edits            what that does to knots
 //! histogram_stage  how often values occur, counted in the background
+//! threshold        the values that are shown at all
 //! files            import and export
 //! ```
 
@@ -11,6 +12,7 @@ mod edits;
 mod files;
 mod histogram_stage;
 mod plot;
+mod threshold;
 
 use super::color_choice::color_button;
 use super::jobs::Job;
@@ -19,7 +21,7 @@ use super::viewer::Viewer;
 use super::widgets::{row, rows, significant};
 use crate::format::transfer_file::NamedTransfer;
 use crate::geometry::Placed;
-use crate::view::{Scale, TransferFunction};
+use crate::view::{Mode, Scale, TransferFunction};
 use anyhow::Result;
 use egui::{ComboBox, DragValue, Response, Sense, Slider, Ui, vec2};
 use files::{Done, Form};
@@ -75,8 +77,13 @@ impl Viewer {
 
     /// Colours and opacity.
     pub(super) fn colours(&mut self, ui: &mut Ui) {
-        let data_range = self.octree.model.as_ref().map(|model| model.value_range);
-        if let Some(model) = self.octree.model.clone() {
+        let is_integral = self.settings.render.mode == Mode::Integral;
+        let value_range = self.octree.model.as_ref().map(|model| model.value_range);
+        // What the colours span: of an integral not the values.
+        let data_range = self.values().1;
+        if is_integral {
+            self.transfer_editor.forget_data(); // nobody counts integrals
+        } else if let Some(model) = self.octree.model.clone() {
             let tf = &self.settings.transfer.base;
             let range = tf.range.unwrap_or(model.value_range);
             let counted =
@@ -97,6 +104,9 @@ impl Viewer {
         if let Some(data) = data_range {
             editor.range_strip(ui, tf, data);
             range_numbers(ui, tf, data);
+        }
+        if let (Some(values), false) = (value_range, is_integral) {
+            editor.threshold(ui, tf, values);
         }
         if transfer.base.color != before {
             transfer.rename(&editor.presets);

@@ -8,7 +8,7 @@ use crate::view::TransferFunction;
 use egui::{Color32, CornerRadius, Id, Key, PointerButton, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 /// Room at either side, so that knots at the ends are whole.
-const SIDE: f32 = 6.0;
+pub(super) const SIDE: f32 = 6.0;
 
 /// Height of the plot of opacity.
 const PLOT: f32 = 92.0;
@@ -41,7 +41,7 @@ pub fn gradient(ui: &Ui, rect: Rect, color: &[[f64; 4]]) {
 }
 
 /// Bars of equal widths with these heights in [0, 1].
-fn bars(ui: &Ui, rect: Rect, heights: &[f32], color: Color32) {
+pub(super) fn bars(ui: &Ui, rect: Rect, heights: &[f32], color: Color32) {
     let width = rect.width() / heights.len().max(1) as f32;
     let mut mesh = egui::Mesh::default();
     for (i, height) in heights.iter().enumerate().filter(|(_, height)| **height > 0.0) {
@@ -54,12 +54,12 @@ fn bars(ui: &Ui, rect: Rect, heights: &[f32], color: Color32) {
     ui.painter().add(mesh);
 }
 
-fn named(response: &Response, name: &str) {
+pub(super) fn named(response: &Response, name: &str) {
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, name));
 }
 
 /// A handle at a place that is clicked and dragged; other widgets find it by its name.
-fn handle(ui: &Ui, at: Pos2, size: f32, id: Id, name: &str) -> Response {
+pub(super) fn handle(ui: &Ui, at: Pos2, size: f32, id: Id, name: &str) -> Response {
     let response = ui.interact(Rect::from_center_size(at, vec2(size, size)), id, Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, name));
     response
@@ -92,6 +92,10 @@ impl TransferEditor {
         let line = ends[..1].iter().chain(&tf.opacity).chain(&ends[1..]).map(|&knot| place(knot)).collect::<Vec<_>>();
         let accent = visuals.strong_text_color();
         ui.painter().add(Shape::line(line, Stroke::new(1.5, accent)));
+        // What is not counted are no values.
+        if let Some(range) = range.filter(|_| !self.histogram.over_range().is_empty()) {
+            super::threshold::shade_hidden(ui, tf, range, outer, rect);
+        }
 
         let mut removed = None;
         for i in 0..tf.opacity.len() {

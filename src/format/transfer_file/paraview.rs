@@ -148,11 +148,11 @@ fn opacity_knots(points: &[[f64; 4]]) -> Vec<[f64; 2]> {
 
 /// A transfer function as an array of one colour map that ParaView imports: colours in RGB and opacity over the range (data units) or over
 /// [0, 1], log scale, colours for NaN and beyond the range. Discrete colours are written as steps, a symlog scale as what it is over its
-/// range. What opacity refers to and its model ParaView has elsewhere.
+/// range. What opacity refers to, its model and thresholds ParaView has elsewhere.
 pub fn to_paraview(name: &str, function: &TransferFunction) -> Result<Value, TransferFileProblem> {
     function.validate()?;
     let color = function.stepped_color().into_owned();
-    let plain = TransferFunction { color, steps: None, below: None, above: None, ..function.clone() };
+    let plain = TransferFunction { color, steps: None, below: None, above: None, threshold: None, ..function.clone() };
     let plain = match (function.scale, function.range) {
         (Scale::Symlog(_), None) => return Err(TransferFileProblem::NoRange),
         (Scale::Symlog(_), Some(range)) => plain.in_data(range).into_owned(),
