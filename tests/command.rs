@@ -279,7 +279,7 @@ fn wrong_usage_has_its_own_status() {
         &["render", "--orbit", "12"],
         &["render", "--max-depth", "26"],
         &["render", "--mode", "best"],
-        &["render", "a.vtu", "b.vtu"],
+        &["render", "--time", "1", "--time-step", "2"],
         &["tune", "--chart", "a.jpg"],
         &["tune", "--budget", "much"],
         &["render", "--clip", "0,0,0:1e300,0,0"],

@@ -190,6 +190,10 @@ fn every_key_does_what_the_table_says() {
                     press(&mut window, chord);
                     assert!(window.query_by_label("Keys and mouse").is_none(), "{what}");
                 }
+                // With a series, in tests/app/time.rs.
+                Action::Play | Action::PreviousStep | Action::NextStep => {
+                    assert!(window.state().status().contains("no series"), "{what}: {}", window.state().status());
+                }
                 Action::Fit => {
                     assert!(after.target.distance(bounds.center()) < 1e-9 && forward.distance(before.axes()[0]) < 1e-9, "{what}")
                 }

@@ -11,8 +11,12 @@ use std::path::PathBuf;
 /// The window's width from which all fits into one row.
 const ONE_ROW: f32 = 800.0;
 
-/// Width of all but the slider and the time in one row, and in the first of two.
-const BESIDE: [f32; 2] = [560.0, 260.0];
+/// Width of what follows the time in one row.
+const PLAYING: f32 = 350.0;
+
+/// Width of the time and of what is beside the slider: its name, its number, gaps.
+const TIME: f32 = 130.0;
+const NAMES: f32 = 112.0;
 
 const RANGES: [(RangeOver, &str, &str); 2] = [
     (
@@ -44,11 +48,11 @@ impl Viewer {
                     ui.add_space(4.0);
                     if is_one_row {
                         ui.horizontal(|ui| {
-                            self.steps_row(ui, BESIDE[0]);
+                            self.steps_row(ui, PLAYING);
                             self.playing_row(ui);
                         });
                     } else {
-                        ui.horizontal(|ui| self.steps_row(ui, BESIDE[1]));
+                        ui.horizontal(|ui| self.steps_row(ui, 0.0));
                         ui.horizontal(|ui| self.playing_row(ui));
                     }
                 });
@@ -69,7 +73,7 @@ impl Viewer {
         });
     }
 
-    fn steps_row(&mut self, ui: &mut Ui, beside: f32) {
+    fn steps_row(&mut self, ui: &mut Ui, after: f32) {
         let InTime::Step(series, _) = self.document.time.clone() else { return };
         let last = series.steps().len() - 1;
         let (play, explained) = if self.time.playing {
@@ -88,7 +92,7 @@ impl Viewer {
                 self.act(&ui.ctx().clone(), action);
             }
         }
-        ui.spacing_mut().slider_width = (ui.available_width() + 90.0 - beside).max(60.0);
+        ui.spacing_mut().slider_width = (ui.available_width() - NAMES - TIME - after).max(40.0);
         let mut step = self.time.wanted;
         let label = ui.label("Step");
         let slider = ui.add_enabled(last > 0, Slider::new(&mut step, 0..=last.max(1))).labelled_by(label.id);
@@ -98,7 +102,12 @@ impl Viewer {
         }
         let time = series.steps()[self.time.wanted.min(last)].time;
         let label = egui::Label::new(format!("of {last}, time {}", in_short(time))).truncate();
-        ui.allocate_ui(vec2(130.0, ui.spacing().interact_size.y), |ui| ui.add(label).on_hover_text(format!("time {time}")));
+        // As wide at every step, lest what follows move.
+        let width = TIME.min(ui.available_width());
+        ui.allocate_ui(vec2(width, ui.spacing().interact_size.y), |ui| {
+            ui.set_min_width(width);
+            ui.add(label).on_hover_text(format!("time {time}"));
+        });
     }
 
     fn playing_row(&mut self, ui: &mut Ui) {

@@ -28,7 +28,7 @@ pub fn pvd(path: &Path) -> Result<Vec<Step>, Problem> {
     let bytes = content(path)?;
     let data_sets = xml::read_collection(&Source::Bytes(&bytes)).map_err(|error| match error {
         VtuError::Io(error) => Problem::Io(error),
-        error => Problem::Xml(error),
+        error => Problem::Xml(Box::new(error)),
     })?;
     let mut steps = Vec::with_capacity(data_sets.len());
     for (i, data_set) in data_sets.iter().enumerate() {

@@ -48,7 +48,7 @@ pub enum Problem {
     TooLarge(u64),
     /// It is no sound `.pvd` file.
     #[error("{0}")]
-    Xml(VtuError),
+    Xml(Box<VtuError>),
     /// It is no sound `.series` file.
     #[error("expected {{\"files\": [{{\"name\": .., \"time\": ..}}, ..]}}: {0}")]
     Json(serde_json::Error),
@@ -98,7 +98,7 @@ pub struct SeriesError {
     /// The list, pattern or file.
     pub path: PathBuf,
     /// What is wrong.
-    pub problem: Problem,
+    pub problem: Box<Problem>,
 }
 
 /// Bytes that a list of files may have.
@@ -108,7 +108,7 @@ impl Series {
     /// The steps that a path stands for, and more files beside it; `None` if it is a single file of data. Whether the steps' files are there
     /// is not looked at.
     pub fn open(path: &Path, more: &[PathBuf]) -> Result<Option<Series>, SeriesError> {
-        let named = |problem| SeriesError { path: path.to_owned(), problem };
+        let named = |problem| SeriesError { path: path.to_owned(), problem: Box::new(problem) };
         let suffix = path.extension().map(|suffix| suffix.to_string_lossy().to_lowercase()).unwrap_or_default();
         if !more.is_empty() {
             return numbered::files(path, more).map(Some);

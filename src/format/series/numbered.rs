@@ -48,7 +48,7 @@ fn last_number(path: &Path) -> Option<(String, String, String)> {
 pub fn files(first: &Path, more: &[PathBuf]) -> Result<Series, SeriesError> {
     let paths: Vec<PathBuf> = std::iter::once(first.to_owned()).chain(more.iter().cloned()).collect();
     if let Some(path) = repeated(&paths) {
-        return Err(SeriesError { path: path.clone(), problem: Problem::Twice });
+        return Err(SeriesError { path: path.clone(), problem: Box::new(Problem::Twice) });
     }
     let numbers: Option<Vec<f64>> = paths.iter().map(|path| number(&last_number(path)?.1)).collect();
     let are_distinct = |numbers: &Vec<f64>| {
@@ -58,7 +58,7 @@ pub fn files(first: &Path, more: &[PathBuf]) -> Result<Series, SeriesError> {
     };
     let times = numbers.filter(are_distinct).unwrap_or_else(|| (0..paths.len()).map(|i| i as f64).collect());
     let steps = times.into_iter().zip(paths).map(|(time, path)| Step { time, path }).collect();
-    Series::new(steps).map_err(|problem| SeriesError { path: first.to_owned(), problem })
+    Series::new(steps).map_err(|problem| SeriesError { path: first.to_owned(), problem: Box::new(problem) })
 }
 
 /// The pattern of the files that differ from this one in its last number only, itself among them, and how many they are; `None` if there
