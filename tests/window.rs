@@ -141,8 +141,6 @@ fn every_key_does_what_the_table_says() {
                 Action::Open => continue,
                 // With files, in tests/sessions.rs.
                 Action::Reload | Action::OpenSession | Action::SaveSession => continue,
-                // With a series, in a test of their own.
-                Action::Play | Action::PreviousStep | Action::NextStep => continue,
                 // Prepared below, in tests of their own.
                 Action::UndoSettings | Action::RedoSettings | Action::UndoCamera | Action::RedoCamera => continue,
                 Action::PasteCamera => continue,
@@ -253,10 +251,7 @@ fn every_key_does_what_the_table_says() {
                 | Action::RedoSettings
                 | Action::UndoCamera
                 | Action::RedoCamera
-                | Action::PasteCamera
-                | Action::Play
-                | Action::PreviousStep
-                | Action::NextStep => {
+                | Action::PasteCamera => {
                     unreachable!("left out above")
                 }
             }

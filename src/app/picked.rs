@@ -26,6 +26,7 @@ pub fn in_words(what: PickedWhat) -> String {
         PickedWhat::Light => String::new(),
         PickedWhat::Isosurface(value) => format!("isosurface {}", significant(value)),
         PickedWhat::Cut(number) => format!("cut plane {}", number + 1),
+        PickedWhat::Face => "boundary face".into(),
         PickedWhat::Largest => "largest value".into(),
         PickedWhat::Smallest => "smallest value".into(),
         PickedWhat::Middle => "middle of the ray".into(),

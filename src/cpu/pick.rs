@@ -40,6 +40,8 @@ pub enum PickedWhat {
     Isosurface(f64),
     /// A plane that is drawn, by its number from 0 among all planes of the frame.
     Cut(usize),
+    /// A boundary face.
+    Face,
     /// The largest value on the ray.
     Largest,
     /// The smallest value on the ray.
@@ -50,9 +52,9 @@ pub enum PickedWhat {
 
 /// What the ray of pixel (column, row) sees, as `settings` draw it; `None` where it sees nothing.
 ///
-/// With [`Mode::Composite`] it is what makes up most of the pixel: a surface, a plane that is drawn, or the volume around a place, which is then
+/// With [`Mode::Composite`] it is what makes up most of the pixel: a surface, a plane or a boundary face that is drawn, or the volume around a place, which is then
 /// the middle, by opacity, of the piece of the ray with the largest opacity times the transmittance before it. Pieces are half as long as the
-/// finest leaves' edge; of what counts alike it is the first. With [`Mode::Iso`] it is the surface or plane that is met first of those that
+/// finest leaves' edge; of what counts alike it is the first. With [`Mode::Iso`] it is the surface, plane or face that is met first of those that
 /// are not transparent, for a maximum or minimum where that value is first met, for a mean or integral the middle of the ray's way through the data.
 ///
 /// The ray is followed inside `surface`, where there is one, and where the frame's planes do not clip it, through the texture's
@@ -75,7 +77,7 @@ pub fn pick(
     spans.retain(|span| span.0 < span.1);
     let whole = spans.iter().map(|span| span.1 - span.0).sum::<f32>() * ray.length;
     let step = (0.5 * (-f32::from(texture.depth())).exp2()).max(whole / MAX_PIECES);
-    let way = Way { texture, ray: &ray, spans, step };
+    let way = Way { texture, ray: &ray, spans, step, ends_at_faces: surface.is_some() };
     match settings.mode {
         Mode::Composite | Mode::Iso => Looked::new(&way, frame, &rays, classifier, settings).along(),
         Mode::Maximum => way.extreme(|value, best| value > best).map(|t| way.picked(t, PickedWhat::Largest, 1.0)),
@@ -92,6 +94,8 @@ struct Way<'a> {
     spans: Vec<(f32, f32)>,
     /// The longest piece, in cube edges.
     step: f32,
+    /// Whether it enters and leaves by boundary faces.
+    ends_at_faces: bool,
 }
 
 /// A piece of it, in t.
@@ -101,6 +105,8 @@ struct Piece {
     end: f32,
     /// Whether it does not go on from the piece before.
     is_first: bool,
+    /// Whether no piece goes on from it.
+    is_last: bool,
 }
 
 impl Piece {
@@ -115,7 +121,7 @@ impl Way<'_> {
         self.spans.iter().flat_map(|&(begin, end)| {
             let pieces = ((end - begin) * self.ray.length / self.step).ceil().max(1.0);
             let at = move |k: u32| begin + (end - begin) * (k as f32 / pieces);
-            (0..pieces as u32).map(move |k| Piece { begin: at(k), end: at(k + 1), is_first: k == 0 })
+            (0..pieces as u32).map(move |k| Piece { begin: at(k), end: at(k + 1), is_first: k == 0, is_last: k + 1 == pieces as u32 })
         })
     }
 
@@ -176,6 +182,8 @@ struct Looked<'a> {
     /// Surfaces with their normalised values.
     surfaces: Vec<(Isosurface, f32)>,
     cuts: Vec<Met>,
+    /// The opacity of boundary faces, where there are any.
+    faces: f64,
     transmittance: f64,
     best: Option<Picked>,
 }
@@ -193,7 +201,8 @@ impl<'a> Looked<'a> {
             Met { t, what: PickedWhat::Cut(number), opacity: opacity.into() }
         });
         let cuts = cuts.collect();
-        Looked { way, table, is_lit: settings.mode == Mode::Composite, surfaces, cuts, transmittance: 1.0, best: None }
+        let faces = settings.drawn_faces().filter(|_| way.ends_at_faces).map_or(0.0, |faces| faces.opacity.into());
+        Looked { way, table, is_lit: settings.mode == Mode::Composite, surfaces, cuts, faces, transmittance: 1.0, best: None }
     }
 
     /// What counts most.
@@ -203,6 +212,10 @@ impl<'a> Looked<'a> {
         for piece in way.pieces() {
             if piece.is_first {
                 last = None;
+                // Where a ray begins inside the data, or a plane clips, there is no face.
+                if piece.begin > 0.0 {
+                    self.pass(piece.begin, PickedWhat::Face, self.faces);
+                }
             }
             let mut begin = piece.begin;
             for met in self.met_in(&piece, &mut last) {
@@ -211,6 +224,9 @@ impl<'a> Looked<'a> {
                 begin = met.t;
             }
             self.pass_light(begin, piece.end);
+            if piece.is_last && piece.end < way.ray.t_out {
+                self.pass(piece.end, PickedWhat::Face, self.faces);
+            }
             let share = self.best.map_or(0.0, |best| best.opacity);
             // Behind the first surface there may be nothing that counts for as much.
             if self.transmittance < share.max(LEAST_TRANSMITTANCE) || (!self.is_lit && self.best.is_some()) {

@@ -6,7 +6,9 @@ use crate::mesh::{BoundarySurface, FieldSelection, ScalarField, collect};
 use crate::octree::{CellKind, Octree, OctreeParams, OctreeTexture, regularize_grid};
 use crate::optics::Classifier;
 use crate::progress::Progress;
-use crate::view::{Camera, Isosurface, Isosurfaces, Mode, Plane, PlaneUse, Planes, Projection, RayFrame, RenderSettings, TransferFunction};
+use crate::view::{
+    Camera, Faces, Isosurface, Isosurfaces, Mode, Plane, PlaneUse, Planes, Projection, RayFrame, RenderSettings, TransferFunction,
+};
 use crate::volume::{Grid, GridFrame, Samples};
 use glam::{DVec3, UVec3};
 use std::sync::Arc;
@@ -214,4 +216,17 @@ fn a_surface_in_light_is_seen_if_it_counts_for_more() {
     assert_seen(seen(of(&[(5.03, 0.5)]), &[cut(-0.9, 0.3)], 1.0), -0.9, PickedWhat::Cut(0));
     assert_eq!(seen(of(&[(5.03, 0.01)]), &[], 1.0).expect("light").1, PickedWhat::Light);
     assert_seen(seen(of(&[(5.5, 0.3), (4.5, 1.0)]), &[], 0.0), 0.53, PickedWhat::Isosurface(4.5));
+}
+
+#[test]
+fn boundary_faces_are_seen_where_rays_enter_and_leave() {
+    let of = |mode, opacity| RenderSettings { mode, faces: Some(Faces { opacity, ..Faces::default() }), ..composite() };
+    assert_seen(seen(of(Mode::Iso, 1.0), &[], 0.0), -1.0, PickedWhat::Face);
+    assert_seen(seen(of(Mode::Composite, 0.4), &[], 0.0), -1.0, PickedWhat::Face);
+    // What a plane clips off takes its face along: the ray sees that behind the data.
+    assert_seen(seen(of(Mode::Iso, 1.0), &[clip(0.0)], 0.0), 1.0, PickedWhat::Face);
+    // Of two alike the first covers a part of the second.
+    let (_, what, opacity) = seen(of(Mode::Composite, 0.2), &[], 0.0).expect("a face");
+    assert!(what == PickedWhat::Face && (opacity - 0.2).abs() < 1e-6);
+    assert_eq!(seen(of(Mode::Iso, 0.0), &[], 0.0), None);
 }
