@@ -22,7 +22,7 @@ pub struct Pace {
 
 impl Pace {
     /// Divisors of the picture's width and height.
-    const DIVISORS: [u32; 9] = [1, 2, 3, 4, 6, 8, 12, 16, 24];
+    const DIVISORS: [u32; 7] = [1, 2, 3, 4, 6, 8, 12];
 
     /// Takes the time of a picture of this size into account.
     pub fn add(&mut self, size: [u32; 2], frame_s: f64) {
@@ -84,7 +84,7 @@ mod tests {
         pace.add(divided(size, 2), MOVING_S * 1.01);
         assert_eq!(pace.moving_divisor(size, true), 3);
         pace.add(size, 1e6);
-        assert_eq!(pace.moving_divisor(size, true), 24, "the coarsest there is");
+        assert_eq!(pace.moving_divisor(size, true), 12, "the coarsest there is");
     }
 
     #[test]
