@@ -65,14 +65,14 @@ mod tests {
     #[test]
     fn the_range_is_that_of_all_files() {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let paths = ["cube.vtu", "wing.vtu"].map(|name| folder.path().join(name));
+        let paths = ["ball.vtu", "cube.vtu"].map(|name| folder.path().join(name));
         let mut single = Vec::new();
-        for (path, shape) in paths.iter().zip([Shape::Cube, Shape::Ball]) {
+        for (path, shape) in paths.iter().zip([Shape::Ball, Shape::Cube]) {
             write_mesh(path, &*plan(shape, Some(600)).expect("a size"), Compression::None, &Progress::new()).expect("written");
             let mesh = format::read_mesh(path, &Progress::new()).expect("read");
             single.push(ScalarField::select(&mesh, &FieldSelection::default()).expect("a field").range);
         }
-        assert!(single[0] != single[1], "{single:?}");
+        assert!(single[0][0] < single[1][0] || single[0][1] > single[1][1], "the last has not all values: {single:?}");
         let files = [paths[0].as_path(), paths[1].as_path()];
         let mut given = Vec::new();
         let (options, field) = (ReadOptions::default(), FieldSelection::default());
@@ -82,7 +82,7 @@ mod tests {
 
         let other = FieldSelection { name: Some("heat".into()), ..FieldSelection::default() };
         let said = range_over(&files, &options, &other, &Progress::new(), |_, _| {}).expect_err("no such array").to_string();
-        assert!(said.contains("cube.vtu: there is no array \"heat\""), "{said}");
+        assert!(said.contains("ball.vtu: there is no array \"heat\""), "{said}");
         let stopped = Progress::new();
         stopped.cancel();
         assert!(matches!(range_over(&files, &options, &field, &stopped, |_, _| {}), Err(RangeError::Cancelled(_))));
