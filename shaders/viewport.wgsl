@@ -8,11 +8,13 @@
 
 const ONE: u32 = 0u;
 const WIPE: u32 = 1u;
-const DIFFERENCE: u32 = 2u;
+
+// ONE: the image; WIPE: left of the divider the image, right of it the other; else their difference, by channel. Neither this nor whether
+// images have another size than the viewport is a uniform: Mesa's software adapter goes through all branches.
+override shown: u32 = 0u;
+override stretched: bool = true;
 
 struct Comparison {
-    // ONE: the image; WIPE: left of the divider the image, right of it the other; DIFFERENCE: of the two, by channel.
-    mode: u32,
     // In images from the left.
     divider: f32,
     // What differences are multiplied by.
@@ -39,6 +41,7 @@ fn texel(source: texture_2d<f32>, at: vec2<i32>, size: vec2<i32>) -> vec4<f32> {
 fn sampled(source: texture_2d<f32>, place: vec2<f32>) -> vec4<f32> {
     let size = vec2<i32>(textureDimensions(source));
     let at = place * vec2<f32>(size) - 0.5;
+    if (!stretched) { return texel(source, vec2<i32>(round(at)), size); }
     // At equal sizes `at` is a texel but for rounding, which must not blend in the next one.
     let nearest = round(at);
     let exact = select(at, nearest, abs(at - nearest) < vec2<f32>(0.01));
@@ -52,9 +55,9 @@ fn sampled(source: texture_2d<f32>, place: vec2<f32>) -> vec4<f32> {
 
 @fragment
 fn show(corner: Corner) -> @location(0) vec4<f32> {
-    if comparison.mode == WIPE && corner.at.x >= comparison.divider { return sampled(other, corner.at); }
     let color = sampled(image, corner.at);
+    if (shown == ONE) { return color; }
+    if (shown == WIPE) { return select(color, sampled(other, corner.at), corner.at.x >= comparison.divider); }
     // Differences are on black, whatever lies behind the picture.
-    if comparison.mode == DIFFERENCE { return vec4<f32>(abs(color - sampled(other, corner.at)).rgb * comparison.gain, 1.0); }
-    return color;
+    return vec4<f32>(abs(color - sampled(other, corner.at)).rgb * comparison.gain, 1.0);
 }

@@ -55,6 +55,7 @@ fn options(folder: &Path) -> Options {
         params: OctreeParams { max_depth: 5, ..OctreeParams::default() },
         error: ErrorSampling { points: POINTS, ..ErrorSampling::default() },
         memory_bytes: 1 << 30,
+        device: octetra::render::DeviceChoice::Gpu,
         folder: folder.to_owned(),
     }
 }

@@ -138,6 +138,7 @@ fn button(session: &Session, label: &str) -> [i16; 2] {
         params: session.thresholds.clone(),
         error: ErrorSampling::default(),
         memory_bytes: 1 << 30,
+        device: octetra::render::DeviceChoice::Auto,
         folder: ".".into(),
     };
     let builder = Harness::builder().with_size(SCREEN.map(|n| n as f32)).wgpu_setup(wgpu_setup());

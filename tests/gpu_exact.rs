@@ -262,7 +262,7 @@ fn small_device() -> Renderer {
     let mut descriptor = octetra::gpu::device_descriptor(adapter);
     descriptor.required_limits.max_storage_buffer_binding_size = 128 << 10;
     let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("a device");
-    Renderer::on(octetra::gpu::Context::from_parts(adapter, device, queue)).expect("a renderer")
+    Renderer::on(octetra::gpu::Context::from_parts(adapter, device, queue), DeviceChoice::Gpu).expect("a renderer")
 }
 
 #[test]

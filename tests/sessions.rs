@@ -37,6 +37,7 @@ fn open(folder: &Path, recent: &Path) -> Window {
         params: OctreeParams { max_depth: 4, ..OctreeParams::default() },
         error: ErrorSampling { points: 1 << 10, ..ErrorSampling::default() },
         memory_bytes: 1 << 30,
+        device: octetra::render::DeviceChoice::Auto,
         folder: folder.to_owned(),
     };
     let builder = Harness::builder().with_size([640.0, 480.0]).with_render_cursor(false).wgpu_setup(wgpu_setup());

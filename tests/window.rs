@@ -50,6 +50,7 @@ fn open(folder: &Path, pixels_per_point: f32) -> Window {
         params: OctreeParams { max_depth: 4, ..OctreeParams::default() },
         error: ErrorSampling { points: 1 << 10, ..ErrorSampling::default() },
         memory_bytes: 1 << 30,
+        device: octetra::render::DeviceChoice::Auto,
         folder: folder.to_owned(),
     };
     let builder = Harness::builder()

@@ -14,6 +14,9 @@ use std::time::Duration;
 /// How long the view counts as moving after its last change.
 const MOVING: Duration = Duration::from_millis(250);
 
+/// What width and height of a picture are divided by that the CPU draws before it draws one in full, where that takes long.
+const BETWEEN: u32 = 2;
+
 impl Viewer {
     /// The pictures that are to be shown: that of the renderer chosen, and those that are compared.
     pub(super) fn slots(&self) -> Vec<Slot> {
@@ -37,7 +40,7 @@ impl Viewer {
     }
 
     /// The scene that the device marches for a picture.
-    fn scene_of(&self, slot: Slot) -> Option<Arc<Scene>> {
+    pub(super) fn scene_of(&self, slot: Slot) -> Option<Arc<Scene>> {
         match slot {
             Slot::Octree => self.octree.model.as_ref().map(|model| model.scene.clone()),
             Slot::Kept => self.wipe.kept.as_ref().map(|model| model.scene.clone()),
@@ -78,6 +81,7 @@ impl Viewer {
             Err(error) => self.fail(error.into()),
         }
         self.take_compiled();
+        self.take_drawn(ctx);
         self.take_cut(ctx);
         if self.viewport.is_marching() {
             return ctx.request_repaint();
@@ -115,6 +119,13 @@ impl Viewer {
                 self.paces[slot as usize].add(self.size, s);
             }
             return false;
+        }
+        if !scene.is_on_device() {
+            // At rest something finer than what moved is seen before all of it.
+            let is_rough = |shown: &View| !is_fine_enough(shown, &view, BETWEEN);
+            let first = self.shown[slot as usize].as_ref().is_none_or(is_rough) && self.paces[slot as usize].is_slow(self.size);
+            self.draw(ctx, slot, &scene, &view, if divisor == 1 && first { BETWEEN } else { divisor });
+            return true;
         }
         if !self.is_compiled(ctx, slot, &scene, &view) {
             return true;

@@ -46,6 +46,7 @@ mod actions;
 mod camera_panel;
 mod color_choice;
 mod dock;
+mod drawing;
 mod files;
 mod furniture;
 mod help;
@@ -84,6 +85,7 @@ mod wipe;
 
 use crate::mesh::Component;
 use crate::octree::{OctreeParams, Subject};
+use crate::render::DeviceChoice;
 use crate::session::{Session, Source};
 use crate::study::ErrorSampling;
 use crate::view::View;
@@ -121,6 +123,8 @@ pub struct Options {
     pub error: ErrorSampling,
     /// Budget for mesh and octree in bytes, checked before another mesh is opened.
     pub memory_bytes: u64,
+    /// What draws the pictures: with [`DeviceChoice::Auto`] the CPU, where the window's adapter computes there as well.
+    pub device: DeviceChoice,
     /// Where screenshots are written.
     pub folder: PathBuf,
 }

@@ -6,6 +6,9 @@ const MOVING_S: f64 = 0.033;
 /// Seconds that the window may stand still for rows of the full picture at rest.
 const ROWS_S: f64 = 0.1;
 
+/// A picture that takes longer is drawn coarsely first.
+const SLOW_S: f64 = 0.4;
+
 /// Seconds that a frame of a moving view is to take as far as can be told before: views are not equally slow.
 const AIM_S: f64 = 0.75 * MOVING_S;
 
@@ -33,6 +36,11 @@ impl Pace {
     /// Takes the time of some rows of a picture into account, `size` of them. Rows that show nothing say nothing of the picture.
     pub fn add_rows(&mut self, size: [u32; 2], rows_s: f64) {
         self.s_per_pixel_of_rows = followed(self.s_per_pixel_of_rows, rows_s / pixels(size));
+    }
+
+    /// Whether a picture of this size takes long enough to be seen coarsely before.
+    pub fn is_slow(&self, size: [u32; 2]) -> bool {
+        self.s_per_pixel.is_none_or(|s| s * pixels(size) > SLOW_S)
     }
 
     /// How many rows of a picture of this size to march at once at rest, at least 8 or all.

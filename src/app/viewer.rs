@@ -3,6 +3,7 @@
 use super::actions::Histories;
 use super::camera_panel::CameraJob;
 use super::dock::Docked;
+use super::drawing::Drawing;
 use super::files::{Dialog, Loading, SessionJob};
 use super::furniture::{self, Look};
 use super::jobs::{Job, Polled, discard, outcome};
@@ -84,6 +85,7 @@ pub struct Viewer {
     /// Shaders that a picture waits for.
     pub(super) compiling: Option<(Slot, Job<Result<()>>)>,
     pub(super) cutting: Option<Job<Result<()>>>,
+    pub(super) drawing: Option<Drawing>,
     status: Status,
     pub(super) renderer: Arc<Renderer>,
     /// Of the pictures, by slot.
@@ -161,8 +163,8 @@ impl Viewer {
         let window = creation.wgpu_render_state.as_ref().context("the window has no GPU device")?;
         creation.egui_ctx.set_theme(egui::Theme::Dark);
         let viewport = Viewport::new(window)?;
-        let renderer = Arc::new(Renderer::on(viewport.context().clone())?);
-        let stats = SharedStats::new(WindowStats::new(renderer.adapter().unwrap_or_default()).into());
+        let renderer = Arc::new(Renderer::on(viewport.context().clone(), options.device)?);
+        let stats = SharedStats::new(WindowStats::new(viewport.context().adapter()).into());
         let field = FieldSelection { name: Some(options.subject.array().to_owned()), component: options.component };
         let settings = Settings {
             field: field.clone(),
@@ -203,6 +205,7 @@ impl Viewer {
             pixels_per_point: 1.0,
             compiling: None,
             cutting: None,
+            drawing: None,
             status: Status::default(),
             renderer,
             paces: Default::default(),
@@ -243,6 +246,7 @@ impl Viewer {
     pub fn is_settled(&self) -> bool {
         self.slots().into_iter().all(|slot| self.is_shown(slot))
             && !self.viewport.is_marching()
+            && self.drawing.is_none()
             && self.activity().is_none()
             && !self.recent.is_noting()
     }
@@ -585,7 +589,7 @@ impl Viewer {
         let drawing = self.furniture(rect.size(), self.settings.look.parts);
         furniture::paint(ui.painter(), rect, &drawing.behind, drawing.halo);
         if self.viewport.is_filled() {
-            self.viewport.paint(ui.painter(), rect, self.compared());
+            self.viewport.paint(ui.painter(), rect, self.size, self.compared());
         }
         furniture::paint(ui.painter(), rect, &drawing.front, drawing.halo);
         self.leaves_over(ui, rect);
@@ -600,7 +604,8 @@ impl Viewer {
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let device = &self.viewport.context().info;
             if ui.available_width() > 700.0 {
-                ui.weak(format!("{} ({})", device.name, device.backend));
+                let draws = if self.renderer.adapter().is_some() { "" } else { ", the CPU draws" };
+                ui.weak(format!("{} ({}){draws}", device.name, device.backend));
                 ui.separator();
             }
             ui.weak(self.frame_label());

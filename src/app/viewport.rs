@@ -7,12 +7,12 @@ use crate::image::Image;
 use crate::render::{RenderError, Renderer, Scene};
 use crate::view::View;
 use egui_wgpu::wgpu;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// What shows pictures of one window.
 pub struct Viewport {
     context: Context,
-    pipeline: wgpu::RenderPipeline,
+    blitting: Blitting,
     line_pipeline: LinePipeline,
     /// Those of all slots: going from one to the other shows it at once.
     pictures: [Shown; Slot::COUNT],
@@ -63,7 +63,7 @@ impl Viewport {
     /// A viewport on the window's device.
     pub fn new(window: &egui_wgpu::RenderState) -> Result<Self, GpuError> {
         let context = Context::from_parts(&window.adapter, window.device.clone(), window.queue.clone());
-        let pipeline = pipeline(&context.device, window.target_format);
+        let blitting = Blitting::new(&context.device, window.target_format);
         let empty = || -> Result<Shown, GpuError> { Ok(Shown { target: Target::new(&context, 1, 1)?, filled: false }) };
         let pictures = [empty()?, empty()?, empty()?];
         let comparison = context.device.create_buffer(&wgpu::BufferDescriptor {
@@ -76,7 +76,7 @@ impl Viewport {
         let (painted, marching) = (Slot::Octree, [0; 2]);
         Ok(Viewport {
             context,
-            pipeline,
+            blitting,
             line_pipeline,
             pictures,
             painted,
@@ -100,7 +100,7 @@ impl Viewport {
 
     /// Whether the adapter computes on the CPU.
     pub fn is_slow(&self) -> bool {
-        self.context.info.device_type == wgpu::DeviceType::Cpu
+        self.context.is_software()
     }
 
     /// Whether there is a picture to show.
@@ -208,17 +208,19 @@ impl Viewport {
         Ok(())
     }
 
-    /// Paints the picture over `rect`, stretched if its size is another, or what is made of two.
-    pub fn paint(&self, painter: &egui::Painter, rect: egui::Rect, compared: Option<Compared>) {
-        let (mode, slots, divider, gain) = match compared {
+    /// Paints the picture over `rect`, which has `size` pixels, stretched if its size is another, or what is made of two.
+    pub fn paint(&self, painter: &egui::Painter, rect: egui::Rect, size: [u32; 2], compared: Option<Compared>) {
+        let (shown, slots, divider, gain) = match compared {
             None => (0u32, [self.painted; 2], 0.0, 0.0),
             Some(Compared::Wipe(slots, divider)) => (1, slots, divider, 0.0),
             Some(Compared::Difference(slots, gain)) => (2, slots, 0.0, gain),
         };
-        let words = [mode, divider.to_bits(), gain.to_bits(), 0];
+        let words = [divider.to_bits(), gain.to_bits(), 0, 0];
         self.context.queue.write_buffer(&self.comparison, 0, bytemuck::cast_slice(&words));
-        let image = self.bind(slots.map(|slot| &self.pictures[slot as usize].target));
-        painter.add(egui_wgpu::Callback::new_paint_callback(rect, Blit { pipeline: self.pipeline.clone(), image }));
+        let targets = slots.map(|slot| &self.pictures[slot as usize].target);
+        let stretched = targets.iter().any(|target| target.size() != size);
+        let (pipeline, image) = (self.blitting.pipeline(&self.context.device, shown, stretched), self.bind(targets));
+        painter.add(egui_wgpu::Callback::new_paint_callback(rect, Blit { pipeline, image }));
     }
 
     /// What copies lines to the device, positions relative to the data's centre; nothing if there are none. Any thread may call it.
@@ -244,7 +246,7 @@ impl Viewport {
         let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
         self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("viewport"),
-            layout: &self.pipeline.get_bind_group_layout(0),
+            layout: &self.blitting.layout,
             entries: &[
                 entry(0, wgpu::BindingResource::TextureView(image.view())),
                 entry(1, wgpu::BindingResource::TextureView(other.view())),
@@ -277,49 +279,69 @@ impl egui_wgpu::CallbackTrait for Overlay {
     }
 }
 
-fn pipeline(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::RenderPipeline {
-    let label = Some("viewport");
-    let source = wgpu::ShaderSource::Wgsl(shader::source("viewport.wgsl", shader::NodeStorage::Buffer).into());
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
-    let texture = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable: false },
-        view_dimension: wgpu::TextureViewDimension::D2,
-        multisampled: false,
-    };
-    let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::FRAGMENT, ty, count: None };
-    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label,
-        entries: &[
-            entry(0, texture),
-            entry(1, texture),
-            entry(2, wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None }),
-        ],
-    });
-    let layout =
-        device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor { label, bind_group_layouts: &[Some(&layout)], immediate_size: 0 });
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label,
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("cover"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("show"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[Some(wgpu::ColorTargetState {
-                format,
-                blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
-                write_mask: wgpu::ColorWrites::ALL,
-            })],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+/// Pipelines that paint pictures, each made when it is first needed.
+struct Blitting {
+    layout: wgpu::BindGroupLayout,
+    module: wgpu::ShaderModule,
+    format: wgpu::TextureFormat,
+    /// One picture, a wipe, a difference; texel for pixel, then stretched.
+    pipelines: [OnceLock<wgpu::RenderPipeline>; 6],
+}
+
+impl Blitting {
+    fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
+        let label = Some("viewport");
+        let source = wgpu::ShaderSource::Wgsl(shader::source("viewport.wgsl", shader::NodeStorage::Buffer).into());
+        let texture = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: false },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
+        let uniform = wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::FRAGMENT, ty, count: None };
+        let entries = [entry(0, texture), entry(1, texture), entry(2, uniform)];
+        Blitting {
+            layout: device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries }),
+            module: device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source }),
+            format,
+            pipelines: Default::default(),
+        }
+    }
+
+    /// What paints so: 0 one picture, 1 a wipe, 2 a difference.
+    fn pipeline(&self, device: &wgpu::Device, shown: u32, stretched: bool) -> wgpu::RenderPipeline {
+        let constants = [("shown", f64::from(shown)), ("stretched", f64::from(u8::from(stretched)))];
+        let make = || self.make(device, &constants);
+        self.pipelines[2 * shown as usize + usize::from(stretched)].get_or_init(make).clone()
+    }
+
+    fn make(&self, device: &wgpu::Device, constants: &[(&str, f64)]) -> wgpu::RenderPipeline {
+        let label = Some("viewport");
+        let layouts = [Some(&self.layout)];
+        let layout =
+            device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor { label, bind_group_layouts: &layouts, immediate_size: 0 });
+        let blend = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
+        let target = wgpu::ColorTargetState { format: self.format, blend, write_mask: wgpu::ColorWrites::ALL };
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label,
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &self.module,
+                entry_point: Some("cover"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: None,
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &self.module,
+                entry_point: Some("show"),
+                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+                targets: &[Some(target)],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
 }

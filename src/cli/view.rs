@@ -62,6 +62,7 @@ impl ViewCommand {
             params: self.octree.params(),
             error: ErrorSampling::default(),
             memory_bytes: self.mesh.budget_bytes(),
+            device: self.view.device.into(),
             folder: ".".into(),
         })?;
         self.stats.as_deref().map(|path| write_stats(path, &stats)).transpose().map(drop)

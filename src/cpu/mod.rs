@@ -32,7 +32,7 @@ pub use surface::{MAX_HITS, TINY, surface_intervals};
 
 use crate::image::Image;
 use crate::mesh::BoundarySurface;
-use crate::octree::{Activity, CutEdges, OctreeTexture, Reconstruction};
+use crate::octree::{Activity, CutEdges, KeptActivity, OctreeTexture, Reconstruction};
 use crate::optics::{Classifier, KnotTable, Style};
 use crate::progress::{Cancelled, Progress};
 use crate::view::{CubeRays, Mode, Output, RayFrame, RenderSettings, Skip, Steps};
@@ -228,14 +228,15 @@ pub fn march(
     settings: &RenderSettings,
     progress: &Progress,
 ) -> Result<MarchOutput, Cancelled> {
-    march_with_edges(texture, surface, None, frame, classifier, settings, progress)
+    march_again(texture, surface, None, &KeptActivity::default(), frame, classifier, settings, progress)
 }
 
-/// [`march`] with the mesh's edges on the frame's planes; on other planes there are none.
-pub fn march_with_edges(
+/// [`march`] with the mesh's edges on the frame's planes (on other planes there are none), and with what was active in the march before.
+pub fn march_again(
     texture: &OctreeTexture,
     surface: Option<&BoundarySurface>,
     edges: Option<&CutEdges>,
+    kept: &KeptActivity,
     frame: &RayFrame,
     classifier: &Classifier,
     settings: &RenderSettings,
@@ -256,7 +257,7 @@ pub fn march_with_edges(
     // Without skipping everything counts.
     let style = Style::new(settings, classifier, &table, texture.root_edge());
     let seen = if settings.skip() == Skip::None { vec![[0.0, 1.0]] } else { style.seen(settings.mode, &table) };
-    let activity = Activity::new(texture, &seen);
+    let activity = kept.of(texture, &seen);
     let split = (settings.skip() == Skip::Half).then(|| activity.split(texture));
     let scene = Scene {
         texture,

@@ -94,6 +94,17 @@ impl Context {
         Context { device, queue, info, timestamps, uncaptured }
     }
 
+    /// Whether the adapter computes on the CPU, as Mesa's software one does.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// (name, backend, driver) of the adapter.
+    pub fn adapter(&self) -> [String; 3] {
+        let info = &self.info;
+        [info.name.clone(), info.backend.to_string(), format!("{} {}", info.driver, info.driver_info).trim().to_owned()]
+    }
+
     /// The first error that no call returned, such as a loss of the device between frames.
     pub fn take_error(&self) -> Option<GpuError> {
         self.uncaptured.lock().unwrap_or_else(PoisonError::into_inner).take()

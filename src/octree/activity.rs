@@ -3,6 +3,7 @@
 use super::OctreeTexture;
 use glam::{DVec3, UVec3};
 use rayon::prelude::*;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Blocks that one task looks at.
 const CHUNK: usize = 4096;
@@ -38,6 +39,28 @@ pub struct Split {
     pub axis: usize,
     /// Where it crosses that axis, in edges of the root cube.
     pub position: f32,
+}
+
+/// What was active when it was asked last, so that it is not found anew for each picture of one octree. All uses must be of one texture.
+#[derive(Debug, Default)]
+pub struct KeptActivity(Mutex<Option<(Seen, Arc<Activity>)>>);
+
+/// Closed intervals of normalised values.
+type Seen = Vec<[f32; 2]>;
+
+impl KeptActivity {
+    /// [`Activity::new`], or what that gave before.
+    pub fn of(&self, texture: &OctreeTexture, seen: &[[f32; 2]]) -> Arc<Activity> {
+        let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((of, activity)) = &*kept()
+            && of == seen
+        {
+            return activity.clone();
+        }
+        let activity = Arc::new(Activity::new(texture, seen));
+        *kept() = Some((seen.to_vec(), activity.clone()));
+        activity
+    }
 }
 
 impl Activity {

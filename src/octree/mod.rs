@@ -21,7 +21,7 @@ mod texture;
 mod tree;
 mod voxels;
 
-pub use activity::{ActiveBox, Activity, Split};
+pub use activity::{ActiveBox, Activity, KeptActivity, Split};
 pub use bound::{ErrorBound, error_bound};
 pub use brick::{BRICK_WORDS, Brick, LATTICE, trilinear, trilinear_gradient};
 pub use cut_edges::{Cut, CutEdges};
