@@ -296,8 +296,8 @@ impl Viewer {
 }
 
 /// The path that a dialog answers with.
-fn chosen(answer: impl Future<Output = Option<rfd::FileHandle>> + Send) -> impl Future<Output = Option<PathBuf>> + Send {
-    async { answer.await.map(|file| file.path().to_owned()) }
+async fn chosen(answer: impl Future<Output = Option<rfd::FileHandle>> + Send) -> Option<PathBuf> {
+    answer.await.map(|file| file.path().to_owned())
 }
 
 /// Reads a mesh, a volume, or a session and what it names.
