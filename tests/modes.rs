@@ -429,6 +429,7 @@ fn looks() -> Vec<(&'static str, RenderSettings)> {
     let planes = Planes::new(&[clip, cut]).expect("valid");
     let faces = Some(Faces { opacity: 0.3, color: None, edges: true });
     vec![
+        ("faces", RenderSettings { mode: Mode::Iso, faces, ..plain }),
         ("mip", RenderSettings { mode: Mode::Maximum, ..plain }),
         ("minip", RenderSettings { mode: Mode::Minimum, ..plain }),
         ("integral", RenderSettings { mode: Mode::Integral, ..plain }),
@@ -461,14 +462,14 @@ fn the_gpu_draws_every_mode_as_the_cpu_does() {
     let exact = |renderer: &Renderer, field| renderer.exact_scene(&lumpy, field, &Progress::new()).expect("fits");
     let shared = Arc::new(lumpy.clone());
     let octree = |renderer: &Renderer, params| octree(renderer, &lumpy, &on_points, params).with_mesh(Some(shared.clone()));
-    let all = ["clipped, intervals", "mip", "minip", "integral", "iso", "shaded, with surfaces, planes and faces"];
+    let all = ["faces", "clipped, intervals", "mip", "minip", "integral", "iso", "shaded, with surfaces, planes and faces"];
     // Compiling shaders takes long on a software adapter: where only the march is another, one look that uses all of it.
     let pairs = [
         ("octree", [&gpu, &cpu].map(|renderer| octree(renderer, &params)), Steps::Leaf, &all[..]),
-        ("octree, fixed steps", [&gpu, &cpu].map(|renderer| octree(renderer, &params)), Steps::Fixed, &all[5..]),
-        ("octree of one value a leaf", [&gpu, &cpu].map(|renderer| octree(renderer, &leaf)), Steps::Leaf, &all[5..]),
-        ("exact", [&gpu, &cpu].map(|renderer| exact(renderer, &on_points)), Steps::Leaf, &all[3..]),
-        ("exact, on cells", [&gpu, &cpu].map(|renderer| exact(renderer, &on_cells)), Steps::Leaf, &all[4..5]),
+        ("octree, fixed steps", [&gpu, &cpu].map(|renderer| octree(renderer, &params)), Steps::Fixed, &all[6..]),
+        ("octree of one value a leaf", [&gpu, &cpu].map(|renderer| octree(renderer, &leaf)), Steps::Leaf, &all[6..]),
+        ("exact", [&gpu, &cpu].map(|renderer| exact(renderer, &on_points)), Steps::Leaf, &all[4..]),
+        ("exact, on cells", [&gpu, &cpu].map(|renderer| exact(renderer, &on_cells)), Steps::Leaf, &all[5..6]),
     ];
     for (of, [on_gpu, on_cpu], steps, names) in &pairs {
         for (name, settings) in looks().into_iter().filter(|(name, _)| names.contains(name)) {

@@ -16,8 +16,8 @@ pub(super) struct Drawing {
     slot: Slot,
     scene: Arc<Scene>,
     view: View,
-    /// Whether it is in full, and so takes long.
-    is_full: bool,
+    /// Whether it takes longer than a moving view waits.
+    is_long: bool,
     job: Job<Result<Picture>>,
 }
 
@@ -29,18 +29,19 @@ impl Drawing {
 
 impl Viewer {
     /// Draws a picture with width and height divided, unless one is drawn.
-    pub(super) fn draw(&mut self, ctx: &egui::Context, slot: Slot, scene: &Arc<Scene>, wanted: &View, divisor: u32) {
+    pub(super) fn draw(&mut self, ctx: &egui::Context, slot: Slot, scene: &Arc<Scene>, wanted: &View, divisor: u32, is_moving: bool) {
         let mut view = wanted.clone();
         [view.settings.width, view.settings.height] = divided(self.size, divisor);
-        // A coarse one is seen even if the view moves on, lest a moving view never be; one in full is given up.
-        let goes_on = |drawing: &Drawing| drawing.is_of(slot, scene) && (!drawing.is_full || drawing.view == view);
+        // A quick one is seen even if the view moves on, lest a moving view never be; another one is given up.
+        let goes_on = |drawing: &Drawing| drawing.is_of(slot, scene) && (!drawing.is_long || drawing.view == view);
         if self.drawing.as_ref().is_some_and(goes_on) {
             return;
         }
-        stats::lock(&self.stats).march((divisor > 1).then_some(divisor));
+        stats::lock(&self.stats).march(is_moving.then_some(divisor));
         let (renderer, of, drawn) = (self.renderer.clone(), scene.clone(), view.clone());
         let job = Job::start(ctx, move |progress, results| results.give(renderer.render(&of, &drawn, progress).map_err(Into::into)));
-        self.drawing = Some(Drawing { slot, scene: scene.clone(), view, is_full: divisor == 1, job });
+        let is_long = divisor < self.paces[slot as usize].moving_divisor(self.size, true);
+        self.drawing = Some(Drawing { slot, scene: scene.clone(), view, is_long, job });
     }
 
     /// Shows a picture that was drawn.
@@ -64,7 +65,8 @@ impl Viewer {
         // A view that cannot be drawn would only fail again.
         self.shown[slot as usize] = Some(view);
         match shown {
-            Ok(()) => self.viewport.show(slot),
+            Ok(()) if self.slots().contains(&slot) => self.viewport.show(slot),
+            Ok(()) => {}
             Err(error) => self.fail(error),
         }
         ctx.request_repaint();

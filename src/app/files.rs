@@ -168,6 +168,7 @@ impl Viewer {
         let mut recent = Some(document.source.clone());
         let (is_reload, arrays_before) = (matches!(fate, Fate::Reload), arrays(&self.document.data));
         let marks = is_reload.then(|| (std::mem::take(&mut self.probe), std::mem::take(&mut self.wipe), self.plane_tool.selected));
+        let diagonal = self.time.diagonal;
         self.show_document(ctx, document);
         if let Some((probe, wipe, selected)) = marks {
             (self.probe, self.wipe, self.plane_tool.selected) = (probe.of_new_data(), wipe, selected);
@@ -176,6 +177,9 @@ impl Viewer {
             Fate::Fresh => self.say(format!("opened {name}")),
             Fate::Reload => {
                 (self.settings, self.opening) = (kept, opening);
+                if self.step().is_some() {
+                    self.time.diagonal = diagonal; // as opaque as before
+                }
                 self.say(format!("read {name} again"));
                 recent = None;
             }

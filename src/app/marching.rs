@@ -106,7 +106,8 @@ impl Viewer {
         };
         let pace = &mut self.paces[slot as usize];
         let moving_for = MOVING.saturating_sub(self.moved.elapsed());
-        let divisor = if moving_for.is_zero() { 1 } else { pace.moving_divisor(self.size, self.viewport.is_slow()) };
+        let divisor =
+            if moving_for.is_zero() { 1 } else { pace.moving_divisor(self.size, self.viewport.is_slow() || !scene.is_on_device()) };
         let view = self.wanted_of(slot);
         if divisor > 1 {
             ctx.request_repaint_after(moving_for);
@@ -124,7 +125,7 @@ impl Viewer {
             // At rest something finer than what moved is seen before all of it.
             let is_rough = |shown: &View| !is_fine_enough(shown, &view, BETWEEN);
             let first = self.shown[slot as usize].as_ref().is_none_or(is_rough) && self.paces[slot as usize].is_slow(self.size);
-            self.draw(ctx, slot, &scene, &view, if divisor == 1 && first { BETWEEN } else { divisor });
+            self.draw(ctx, slot, &scene, &view, if divisor == 1 && first { BETWEEN } else { divisor }, !moving_for.is_zero());
             return true;
         }
         if !self.is_compiled(ctx, slot, &scene, &view) {
@@ -177,7 +178,12 @@ impl Viewer {
         let Some(ended) = self.cutting.as_ref().map(Job::poll).filter(|ended| !matches!(ended, Polled::Pending)) else { return };
         self.cutting = None;
         match outcome(ended) {
-            Ok(_) => [Slot::Octree, Slot::Kept].into_iter().for_each(|slot| self.shown[slot as usize] = None),
+            Ok(_) => {
+                for slot in [Slot::Octree, Slot::Kept] {
+                    self.shown[slot as usize] = None;
+                    self.viewport.stop_refining(slot);
+                }
+            }
             Err(error) => self.fail(error),
         }
         ctx.request_repaint();

@@ -114,7 +114,10 @@ pub fn moved(camera: Camera, picture: &egui::Response, ui: &egui::Ui, extent: f6
         let (from, to) = (place(now - picture.drag_delta()), place(now));
         camera = dragged(camera, *motion, [place(origin.unwrap_or(now)), from, to], f64::from(picture.rect.aspect_ratio()), extent);
     }
-    if let Some(at) = picture.hover_pos() {
+    // Also where a handle lies over the picture.
+    let is_free = ui.ctx().dragged_id().is_none_or(|id| id == picture.id);
+    let hovered = ui.input(|input| input.pointer.hover_pos()).filter(|_| picture.contains_pointer() && is_free);
+    if let Some(at) = hovered {
         let (scroll, pinch) = ui.input(|input| (f64::from(input.smooth_scroll_delta().y), f64::from(input.zoom_delta())));
         let factor = (scroll * SCROLL_ZOOM).exp() * pinch;
         if factor != 1.0 {

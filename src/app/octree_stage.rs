@@ -80,7 +80,8 @@ impl OctreeStage {
     /// Takes an octree that was built elsewhere, and what for.
     pub fn adopt(&mut self, model: OctreeModel, key: (FieldSelection, OctreeParams)) {
         self.surface = model.surface.clone().map(|surface| (model.field.clone(), surface));
-        (self.model, self.key, self.job, self.accuracy) = (Some(Arc::new(model)), Some(key), None, Measured::Waiting);
+        discard(self.model.replace(Arc::new(model)));
+        (self.key, self.job, self.accuracy) = (Some(key), None, Measured::Waiting);
     }
 
     /// Takes what jobs have given and starts what is due; `Ok(true)` once the octree is another. With `build` the octree that these settings

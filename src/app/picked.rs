@@ -1,22 +1,23 @@
 //! What is seen at a place of the picture.
 
 use super::model::{Data, OctreeModel};
-use super::settings::Settings;
 use super::viewer::Viewer;
 use super::widgets::significant;
 use crate::cpu::{self, PickedWhat};
 use crate::geometry::Placed;
 use crate::optics::Classifier;
+use crate::view::View;
 use egui::{Pos2, Rect};
 use glam::DVec3;
 
-/// What is seen at a pixel of a picture of this size: where, in world coordinates, and what it is.
-pub fn pick(octree: &OctreeModel, data: &Data, settings: &Settings, size: [u32; 2], pixel: [u32; 2]) -> Option<(DVec3, PickedWhat)> {
+/// What is seen at a pixel of a view: where, in world coordinates, and what it is.
+pub fn pick(octree: &OctreeModel, data: &Data, view: &View, pixel: [u32; 2]) -> Option<(DVec3, PickedWhat)> {
     let (center, diagonal) = (data.center(), data.bounds().diagonal());
-    let classifier = Classifier::new(&settings.transfer.function(diagonal), octree.value_range, diagonal);
-    let frame = settings.camera.frame(center, size[0].max(1), size[1].max(1)).with_planes(&settings.render.planes, center);
+    let classifier = Classifier::new(&view.transfer_function, octree.value_range, diagonal);
+    let [width, height] = [view.settings.width.max(1), view.settings.height.max(1)];
+    let frame = view.camera.frame(center, width, height).with_planes(&view.settings.planes, center);
     let texture = octree.scene.texture()?;
-    let picked = cpu::pick(texture, octree.surface.as_deref(), &frame, pixel, &classifier, &settings.render)?;
+    let picked = cpu::pick(texture, octree.surface.as_deref(), &frame, pixel, &classifier, &view.settings)?;
     Some((picked.at + center, picked.what))
 }
 
@@ -43,7 +44,7 @@ impl Viewer {
     /// How far along a ray in world coordinates through a place in the window lies what is seen there.
     pub(super) fn seen_along(&self, rect: Rect, at: Pos2, (origin, direction): (DVec3, DVec3)) -> Option<f64> {
         let octree = self.octree.model.as_ref()?;
-        let (seen, _) = pick(octree, &self.document.data, &self.settings, self.picture_size(), self.pixel_at(rect, at))?;
+        let (seen, _) = pick(octree, &self.document.data, &self.wanted(), self.pixel_at(rect, at))?;
         Some((seen - origin).dot(direction)).filter(|t| *t > 0.0)
     }
 }

@@ -4,7 +4,7 @@ use super::navigate::image_position;
 use super::viewer::Viewer;
 use crate::geometry::{Aabb, Placed};
 use crate::view::{Camera, Plane, PlaneHandle, Planes, Projection};
-use egui::{Color32, CursorIcon, Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, vec2};
+use egui::{Color32, CursorIcon, Painter, PointerButton, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, vec2};
 use glam::{DVec2, DVec3};
 
 /// Length of the arrow and width of what can be caught of it, points.
@@ -85,7 +85,7 @@ impl Viewer {
             return;
         };
         let camera = self.settings.camera;
-        let Some(seen) = Seen::new(self.arrow(&plane, rect), &camera, rect) else { return };
+        let Some(seen) = Seen::new(self.arrow(i, &plane, rect), &camera, rect) else { return };
         let id = ui.scope_id().with("plane handles");
         let under_way = self.plane_tool.drag.as_ref().map(|drag| drag.grip);
         let grips = [(1.0, Grip::Turn)].into_iter().chain(SHAFT.into_iter().chain([0.0]).map(|part| (part, Grip::Move)));
@@ -104,12 +104,12 @@ impl Viewer {
             if response.hovered() || response.dragged() {
                 ui.ctx().set_cursor_icon(cursor(grip, response.dragged(), seen.tip - seen.pivot));
             }
-            if response.drag_started() {
+            if response.drag_started_by(PointerButton::Primary) {
                 let pressed = ui.input(|input| input.pointer.press_origin()).unwrap_or(at);
                 let (handle, point_world) = (seen.handle, seen.point_world);
                 self.plane_tool.drag = Some(Drag { grip, plane, handle, point_world, pressed, to_tip: seen.tip - pressed });
             }
-            if response.dragged() {
+            if response.dragged_by(PointerButton::Primary) {
                 dragged = response.interact_pointer_pos();
             }
             explained(response, grip);
@@ -127,9 +127,9 @@ impl Viewer {
     }
 
     /// The arrow of a plane as it is shown.
-    fn arrow(&self, plane: &Plane, rect: Rect) -> PlaneHandle {
+    fn arrow(&self, i: usize, plane: &Plane, rect: Rect) -> PlaneHandle {
         let normal = plane.normal.normalize();
-        let pivot = match &self.plane_tool.drag {
+        let pivot = match self.plane_tool.drag.as_ref().filter(|_| self.plane_tool.selected == Some(i)) {
             // Nothing jumps while it is dragged.
             Some(Drag { grip: Grip::Turn, handle, .. }) => handle.pivot,
             Some(drag) => drag.handle.pivot + normal * (plane.point - drag.plane.point).dot(normal),
@@ -155,7 +155,7 @@ impl Viewer {
                     line(&painter, ends.map(|at| window_position(rect, at)), width);
                 }
             }
-            if let Some(seen) = Seen::new(self.arrow(plane, rect), camera, rect) {
+            if let Some(seen) = Seen::new(self.arrow(i, plane, rect), camera, rect) {
                 arrow(&painter, seen.pivot, seen.tip, width);
             }
         }
@@ -186,6 +186,7 @@ impl Drag {
         let ray = |at: Pos2| camera.ray_at(image_position(rect, at));
         let (handle, plane) = (&self.handle, self.plane);
         match self.grip {
+            Grip::Turn if pointer == self.pressed => plane,
             Grip::Turn => {
                 let is_averted = handle.is_averted(ray(self.pressed + self.to_tip));
                 Plane { point: handle.pivot, normal: handle.turned(ray(pointer + self.to_tip), is_averted), ..plane }

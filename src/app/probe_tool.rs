@@ -3,13 +3,12 @@
 use super::jobs::{Job, Polled, outcome};
 use super::model::{Data, OctreeModel};
 use super::picked::pick;
-use super::settings::Settings;
 use crate::cpu::PickedWhat;
 use crate::mesh::{FieldSelection, Locator};
 use crate::octree::Subject;
 use crate::progress::Progress;
 use crate::study::probe::{LineSamples, Probe, Sample};
-use crate::view::{Camera, RenderSettings};
+use crate::view::View;
 use anyhow::{Context, Result};
 use glam::DVec3;
 use std::sync::Arc;
@@ -79,11 +78,7 @@ pub type Hovered = (Sample, PickedWhat);
 #[derive(PartialEq)]
 struct Hover {
     pixel: [u32; 2],
-    size: [u32; 2],
-    /// Mode, surfaces, planes.
-    render: RenderSettings,
-    camera: Camera,
-    transfer: super::settings::Transfer,
+    view: View,
     reading: Reading,
 }
 
@@ -172,24 +167,17 @@ impl ProbeTool {
         self.preparing = Some(Job::start(ctx, move |progress, results| results.give(Source::new(&data, field, locator, progress))));
     }
 
-    /// What is seen at a pixel of a picture of this size; `None` where nothing is, and before values can be read.
-    pub fn hover(
-        &mut self,
-        pixel: [u32; 2],
-        size: [u32; 2],
-        settings: &Settings,
-        data: &Data,
-        octree: &Arc<OctreeModel>,
-    ) -> Option<Hovered> {
+    /// What is seen at a pixel of a view; `None` where nothing is, and before values can be read.
+    pub fn hover(&mut self, pixel: [u32; 2], view: &View, data: &Data, octree: &Arc<OctreeModel>) -> Option<Hovered> {
         let source = self.source.clone().filter(|source| source.field == octree.field)?;
         let reading = reading(&source, octree);
-        let hover = Hover { pixel, size, render: settings.render, camera: settings.camera, transfer: settings.transfer.clone(), reading };
+        let hover = Hover { pixel, view: view.clone(), reading };
         if let Some((of, hovered)) = &self.hovered
             && *of == hover
         {
             return *hovered;
         }
-        let picked = pick(octree, data, settings, size, pixel);
+        let picked = pick(octree, data, view, pixel);
         let hovered = picked.and_then(|(at, what)| Some((source.probe(octree).ok()?.at(at), what)));
         self.hovered = Some((hover, hovered));
         hovered

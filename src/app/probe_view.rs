@@ -39,11 +39,12 @@ impl Viewer {
         if !self.probe.is_on {
             return;
         }
-        let Some(pointer) = picture.hover_pos().filter(|_| !picture.dragged()) else { return };
+        let is_free = picture.contains_pointer() && ui.ctx().dragged_id().is_none();
+        let Some(pointer) = ui.input(|input| input.pointer.hover_pos()).filter(|_| is_free) else { return };
         ui.ctx().set_cursor_icon(egui::CursorIcon::Crosshair);
         let Some(octree) = self.octree.model.clone() else { return };
-        let (pixel, size) = (self.pixel_at(rect, pointer), self.picture_size());
-        match self.probe.hover(pixel, size, &self.settings, &self.document.data, &octree) {
+        let pixel = self.pixel_at(rect, pointer);
+        match self.probe.hover(pixel, &self.wanted(), &self.document.data, &octree) {
             Some((sample, what)) => {
                 let what = in_words(what);
                 let what = if what.is_empty() { what } else { what + "\n" };

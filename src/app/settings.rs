@@ -32,6 +32,8 @@ pub struct Transfer {
     pub base: TransferFunction,
     /// What extinction is multiplied by, above 0.
     pub density: f64,
+    /// The range that was chosen for the user, of the steps of a series.
+    pub chosen_range: Option<[f64; 2]>,
 }
 
 impl Transfer {
@@ -50,7 +52,7 @@ impl Transfer {
     pub fn new(base: TransferFunction) -> Self {
         let same = |name: &&&str| TransferFunction::preset(name).is_ok_and(|preset| preset == base);
         let name = TransferFunction::PRESETS.iter().find(same).unwrap_or(&Self::FROM_FILE);
-        Transfer { name: (*name).to_owned(), base, density: 1.0 }
+        Transfer { name: (*name).to_owned(), base, density: 1.0, chosen_range: None }
     }
 
     /// The name of colours that were edited.

@@ -122,7 +122,7 @@ struct Moving {
     divisor: Spread,
 }
 
-/// What draws.
+/// What paints the window, and draws the pictures unless it computes on the CPU.
 #[derive(Debug, Clone, Serialize)]
 struct Adapter {
     name: String,

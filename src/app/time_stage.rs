@@ -1,11 +1,11 @@
 //! The steps of a series: which is shown, which is read ahead, and what range their colours have.
 
-use super::jobs::{Job, Polled, outcome};
+use super::jobs::{Job, Polled, discard, outcome};
 use super::model::{self, Document, InTime, OctreeModel};
 use super::settings::Transfer;
 use super::slot::Slot;
 use super::title;
-use super::viewer::{ExactStage, Viewer};
+use super::viewer::Viewer;
 use crate::format::Series;
 use crate::geometry::Placed;
 use crate::mesh::FieldSelection;
@@ -44,7 +44,7 @@ pub struct TimeStage {
     /// The pattern of the files that are not to be offered as a series again.
     pub closed_offer: Option<PathBuf>,
     /// The length that opacity refers to where no other is named: the diagonal of the first step shown, world units.
-    diagonal: f64,
+    pub diagonal: f64,
     ahead: Option<Ahead>,
     /// The neighbour that is read ahead; none before the first step in time.
     direction: Option<Direction>,
@@ -90,8 +90,6 @@ struct Ranges {
     of: Option<FieldSelection>,
     known: Vec<Option<[f64; 2]>>,
     scan: Scan,
-    /// The range that was chosen for the user.
-    chosen: Option<[f64; 2]>,
 }
 
 /// Whether the files of all steps were read for their ranges.
@@ -135,10 +133,9 @@ impl TimeStage {
 
     /// That of another document; how it plays stays.
     pub fn renewed(&self, document: &Document) -> Self {
-        let ranges = Ranges { chosen: self.ranges.chosen, ..Ranges::default() };
         let TimeStage { loops, per_second, range, .. } = *self;
         let closed_offer = self.closed_offer.clone();
-        TimeStage { loops, per_second, range, ranges, closed_offer, ..Self::new(&document.time, document.data.bounds().diagonal()) }
+        TimeStage { loops, per_second, range, closed_offer, ..Self::new(&document.time, document.data.bounds().diagonal()) }
     }
 
     /// The step after or before another, if there is one.
@@ -286,7 +283,8 @@ impl Viewer {
 
     /// Shows a step that is ready, if it is wanted, or was when it was begun: a slider that moves on is followed.
     fn show_ready(&mut self, ctx: &egui::Context, shown: usize) {
-        let Some(ahead) = self.time.ahead.take() else { return };
+        let Some(mut ahead) = self.time.ahead.take() else { return };
+        ahead.is_wanted &= self.time.wanted != shown; // given up since
         let is_due = self.time.wanted != shown && (ahead.key.0 == self.time.wanted || ahead.is_wanted);
         match ahead {
             Ahead { key, state: AheadState::Ready(ready), .. } if is_due && key == self.key(key.0) => {
@@ -300,10 +298,9 @@ impl Viewer {
     /// Puts a step of the same series in the place of the one that is shown. All that is chosen stays.
     fn show_step(&mut self, ctx: &egui::Context, document: Document, model: OctreeModel, (_, field, params): Key) {
         ctx.send_viewport_cmd(egui::ViewportCommand::Title(title(&document.name)));
-        let before = std::mem::replace(&mut self.document, document);
-        std::thread::spawn(move || drop(before)); // a large one takes its time
+        discard(std::mem::replace(&mut self.document, document));
         self.octree.adopt(model, (field, params));
-        self.exact = ExactStage::default();
+        discard(std::mem::take(&mut self.exact));
         self.probe.read_anew();
         self.tuning = self.tuning.of_other_data();
         (self.time.shown_at, self.time.refused, self.time.is_stale) = (Instant::now(), None, true);
@@ -364,7 +361,7 @@ impl Viewer {
         let field = &self.settings.field;
         if self.time.ranges.of.as_ref() != Some(field) {
             let (of, known) = (Some(field.clone()), vec![None; series.steps().len()]);
-            self.time.ranges = Ranges { of, known, chosen: self.time.ranges.chosen, scan: Scan::NotYet };
+            self.time.ranges = Ranges { of, known, scan: Scan::NotYet };
         }
         let of_field = self.octree.model.as_ref().filter(|model| model.field == *field);
         if let (Some(model), Some(known)) = (of_field, self.time.ranges.known.get_mut(shown)) {
@@ -372,7 +369,7 @@ impl Viewer {
         }
         self.take_scan();
         let range = self.settings.transfer.base.range;
-        let is_ours = range.is_none() || range == self.time.ranges.chosen;
+        let is_ours = range.is_none() || range == self.settings.transfer.chosen_range;
         if is_ours && self.time.range == RangeOver::AllSteps && of_field_is_known(&self.time.ranges, shown) {
             self.start_scan(ctx, series);
         }
@@ -437,14 +434,14 @@ fn of_field_is_known(ranges: &Ranges, shown: usize) -> bool {
 
 impl Ranges {
     /// Chooses the range of a transfer function, unless the user has.
-    fn choose(&mut self, over: RangeOver, transfer: &mut Transfer) {
+    fn choose(&self, over: RangeOver, transfer: &mut Transfer) {
         let tf = &mut transfer.base;
-        if tf.range.is_some() && tf.range != self.chosen {
+        if tf.range.is_some() && tf.range != transfer.chosen_range {
             return; // the user's own
         }
         let all = self.known.iter().flatten().copied().reduce(union).filter(|[lo, hi]| lo < hi && tf.scale.fits([*lo, *hi]));
         tf.range = if over == RangeOver::AllSteps { all } else { None };
-        self.chosen = tf.range;
+        transfer.chosen_range = tf.range;
     }
 }
 
@@ -479,6 +476,10 @@ mod tests {
             ranges.choose(over, &mut transfer);
             assert_eq!(transfer.base.range, Some([0.5, 1.0]));
         }
+        // An earlier choice that is undone is no choice of the user's.
+        (transfer.base.range, transfer.chosen_range) = (Some([0.0, 2.0]), Some([0.0, 2.0]));
+        ranges.choose(RangeOver::AllSteps, &mut transfer);
+        assert_eq!(transfer.base.range, Some([-1.0, 2.0]));
         // Zero has no logarithm.
         transfer.base = TransferFunction { range: None, scale: Scale::Log, ..transfer.base };
         ranges.choose(RangeOver::AllSteps, &mut transfer);

@@ -470,7 +470,7 @@ impl Viewer {
         self.transfer_editor.forget_data();
         self.plane_tool = self.plane_tool.emptied();
         self.tuning = self.tuning.emptied();
-        self.shown = Default::default();
+        (self.shown, self.drawing) = (Default::default(), None);
         Slot::ALL.into_iter().for_each(|slot| self.viewport.stop_refining(slot));
         self.viewport.empty(Slot::Kept);
         self.moved = Instant::now();

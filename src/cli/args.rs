@@ -319,7 +319,7 @@ pub struct ViewArgs {
     /// The octree texture, or the mesh itself
     #[arg(long, value_enum, default_value = "octree")]
     pub renderer: RendererArg,
-    /// Where to draw: auto takes the best GPU, else the CPU
+    /// Where to draw: auto takes the best GPU, and the CPU where there is none or only a software adapter, which takes longer
     #[arg(long, value_enum, default_value = "auto")]
     pub device: DeviceArg,
     /// Where samples lie: leaf by leaf, by the paper's rule, or a fixed step apart
@@ -361,7 +361,7 @@ pub enum RendererArg {
 /// Values of `--device`.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum DeviceArg {
-    /// GPU if there is one.
+    /// GPU if there is one that is no software adapter, else CPU.
     Auto,
     /// GPU or an error.
     Gpu,

@@ -13,6 +13,7 @@ use crate::view::{RendererKind, Steps, View};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use std::io::Write;
+use std::sync::Arc;
 
 /// `octetra bench`.
 #[derive(Debug, Args)]
@@ -69,10 +70,10 @@ impl BenchCommand {
         }
         ensure!(self.volume.dims.is_none(), "bench measures builds of meshes; with --skip-table or --mode-table it takes volumes");
         ensure!(self.octree.max_depth.is_none(), "bench builds the depths that --depths names, not --max-depth");
-        let mesh = self.mesh.read()?;
+        let mesh = Arc::new(self.mesh.read()?);
         let field = self.mesh.field(&mesh)?;
         self.mesh.check_budget(&mesh)?;
-        let view = self.view.view(&mesh, self.view.files()?);
+        let view = self.view.view(&*mesh, self.view.files()?);
         view.transfer_function.check_range(field.range).with_context(|| self.mesh.shown_name())?;
         let renderer = Renderer::new(self.view.device.into())?;
         say_if_fallen_back(&renderer);
@@ -141,7 +142,7 @@ impl BenchCommand {
     /// One row of the table as text.
     fn measure(
         &self,
-        mesh: &TetMesh,
+        mesh: &Arc<TetMesh>,
         field: &ScalarField,
         view: &View,
         renderer: &Renderer,
@@ -151,7 +152,8 @@ impl BenchCommand {
         let repeats = usize::from(self.repeats);
         let build = with_bar(|progress| Build::measure(mesh, field, params, repeats, progress))?;
         let (best, median, count, bytes) = (build.best_s(), build.median_s(), build.tree.node_count(), build.texture.bytes());
-        let (scene, _) = renderer.octree_scene(mesh, build.texture, params.surface(mesh, field))?;
+        let (scene, _) = renderer.octree_scene(&**mesh, build.texture, params.surface(mesh, field))?;
+        let scene = scene.with_mesh(Some(mesh.clone()));
         let quality = |steps| -> Result<f64> { Ok(psnr(exact, &self.picture(renderer, &scene, view, steps)?).1) };
         let (leaf, paper) = (quality(Steps::Leaf)?, quality(Steps::Paper)?);
         let bounds = mesh.bounds().translated(mesh.center());

@@ -32,6 +32,7 @@ pub fn run(mesh: &MeshArgs, volume: &RawArgs, octree: &OctreeArgs, view: &ViewAr
     say_if_fallen_back(&renderer);
     let tree = regularized(mesh, &subject, &octree.params())?;
     let (scene, _) = renderer.octree_scene(&subject, OctreeTexture::encode(&tree)?, subject.surface(&tree))?;
+    let scene = scene.with_mesh(subject.mesh().cloned());
     let truth = Renderer::new(DeviceChoice::Cpu)?;
     let exact = match &subject {
         Subject::Mesh(mesh, field) => Some(with_bar(|progress| truth.exact_scene(mesh, field, progress))?),

@@ -1,6 +1,7 @@
 //! Flags for many pictures: turntables and ways of the camera.
 
 use super::args::read_json;
+use super::usage::usage;
 use crate::image::Template;
 use crate::view::{Camera, CameraPath};
 use anyhow::{Context, Result};
@@ -35,7 +36,7 @@ impl SequenceArgs {
         let Some(count) = self.turntable.or(self.frames) else { return Ok(None) };
         // A mesh's name may have braces of its own.
         let own = || PathBuf::from(format!("{}_{{i}}.png", stem.replace(['{', '}'], "_")));
-        let template = Template::new(&output.map_or_else(own, Path::to_owned)).context("-o")?;
+        let template = usage(Template::new(&output.map_or_else(own, Path::to_owned)).context("-o"))?;
         let path = match &self.camera_path {
             Some(file) => {
                 let keys: Vec<Camera> = read_json(file, "a list of cameras")?;

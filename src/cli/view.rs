@@ -40,7 +40,12 @@ impl ViewCommand {
         self.mesh.choose_step()?;
         let outputs = [self.stats.as_ref().filter(|path| !is_stdout(path))];
         check_outputs(&self.mesh, &outputs)?;
-        let inputs = [(self.session.file().map(PathBuf::as_path), "the session"), (self.view.camera.as_deref(), "the camera")];
+        let tf = Some(Path::new(self.view.transfer.tf.as_str())).filter(|tf| tf.is_file());
+        let inputs = [
+            (self.session.file().map(PathBuf::as_path), "the session"),
+            (self.view.camera.as_deref(), "the camera"),
+            (tf, "the transfer function"),
+        ];
         let inputs: Vec<(&Path, &str)> = inputs.into_iter().filter_map(|(path, what)| Some((path?, what))).collect();
         check_outputs_beside(&inputs, &outputs)?;
         let files = self.view.files()?;

@@ -1,5 +1,6 @@
 //! What is seen at a pixel, in every mode. No shader has a twin of this.
 
+use super::faces::SEAM;
 use super::ray::{FAR, Ray};
 use super::surface::intervals_on;
 use crate::mesh::BoundarySurface;
@@ -75,6 +76,14 @@ pub fn pick(
     let mut spans = surface.map_or_else(|| vec![(0.0, ray.t_out)], |surface| intervals_on(surface, &ray));
     spans.iter_mut().for_each(|span| span.1 = span.1.min(ray.t_out));
     spans.retain(|span| span.0 < span.1);
+    // At seams the mesh goes on.
+    spans.dedup_by(|next, span| {
+        let touches = next.0 <= span.1 + SEAM;
+        if touches {
+            span.1 = span.1.max(next.1);
+        }
+        touches
+    });
     let whole = spans.iter().map(|span| span.1 - span.0).sum::<f32>() * ray.length;
     let step = (0.5 * (-f32::from(texture.depth())).exp2()).max(whole / MAX_PIECES);
     let way = Way { texture, ray: &ray, spans, step, ends_at_faces: surface.is_some() };

@@ -114,9 +114,15 @@ impl EdgePass {
 }
 
 fn layers(device: &wgpu::Device, size: [u32; 2], count: u32) -> Layers {
+    // GL takes one layer for a plain texture, and six square ones for a cube.
+    let made = match count {
+        1 => 2,
+        6 => 7,
+        count => count,
+    };
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("edges"),
-        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: count },
+        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: made },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,

@@ -261,10 +261,12 @@ impl Renderer {
         let (Some(mesh), false) = (&scene.mesh, self.has_cut_edges(scene, view)) else { return Ok(()) };
         let planes = scene.frame(view).planes;
         let edges = Arc::new(CutEdges::new(mesh, planes));
+        // Held, so that host and device have those of the same planes.
+        let mut kept = scene.edges.lock().unwrap_or_else(PoisonError::into_inner);
         if let (Some(gpu), Some(volume)) = (&self.gpu, scene.volume()) {
             volume.set_cut_edges(&gpu.context, &edges, &planes)?;
         }
-        *scene.edges.lock().unwrap_or_else(PoisonError::into_inner) = Some(edges);
+        *kept = Some(edges);
         Ok(())
     }
 
@@ -292,6 +294,7 @@ impl Renderer {
     /// function and settings.
     pub fn time(&self, scene: &Scene, views: &[View], repeats: u32, progress: &Progress) -> Result<FrameTimes, RenderError> {
         let Some(first) = views.first() else { return Ok(FrameTimes { gpu_s: None, intervals_s: None, wall_s: vec![] }) };
+        self.cut_edges(scene, first)?;
         if let Some((gpu, marched, value_range)) = self.on_device(scene) {
             let classifier = scene.classifier(first, value_range);
             let frames: Vec<RayFrame> = views.iter().map(|view| scene.frame(view)).collect();

@@ -92,7 +92,8 @@ impl Viewer {
                 self.fail(error);
             }
         }
-        let diagonal = self.document.data.bounds().diagonal();
+        let shown = self.document.data.bounds().diagonal();
+        let diagonal = self.time.unit_diagonal(shown).unwrap_or(shown);
         let (editor, transfer) = (&mut self.transfer_editor, &mut self.settings.transfer);
         ui.spacing_mut().item_spacing.y = 4.0;
         maps(ui, editor, transfer);

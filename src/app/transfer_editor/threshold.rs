@@ -25,10 +25,10 @@ impl TransferEditor {
             let low = data_value(ui, &mut from, data, "show from", "The smallest value that is shown, data units");
             ui.label("to");
             let high = data_value(ui, &mut to, data, "show to", "The largest value that is shown, data units");
-            if low.changed() {
+            if low.changed() && from.is_finite() {
                 tf.threshold = Some([from.min(to), to]);
             }
-            if high.changed() {
+            if high.changed() && to.is_finite() {
                 tf.threshold = Some([from, to.max(from)]);
             }
         });
@@ -54,8 +54,11 @@ impl TransferEditor {
             let part = pointer.map(|pointer| f64::from(((pointer.x - rect.left()) / rect.width()).clamp(0.0, 1.0)));
             (response, part.map(|part| lo * (1.0 - part) + hi * part))
         };
-        let (low, to_low) = grip(from, "low");
-        let (high, to_high) = grip(to, "high");
+        // On top is the one that can still move, should both lie at one end.
+        let is_low_on_top = from > 0.5 * (lo + hi);
+        let below = if is_low_on_top { grip(to, "high") } else { grip(from, "low") };
+        let above = if is_low_on_top { grip(from, "low") } else { grip(to, "high") };
+        let ((low, to_low), (high, to_high)) = if is_low_on_top { (above, below) } else { (below, above) };
         if let Some(value) = to_low {
             tf.threshold = Some([value.min(to), to]);
         }

@@ -103,7 +103,8 @@ impl RenderCommand {
             let options = read_options(&self.mesh, &self.volume);
             let range = with_bar(|progress| range_over(&files, &options, &field, progress, |_, _| {}))?;
             // A field that is the same everywhere has a range that no transfer function takes; it needs none.
-            view.transfer_function.check_range(range).with_context(|| self.mesh.shown_name())?;
+            let named = || self.mesh.list().map_or_else(|| self.mesh.shown_name(), |list| format!("{}, all steps", list.display()));
+            view.transfer_function.check_range(range).with_context(named)?;
             view.transfer_function.range = Some(range).filter(|range| range[0] < range[1]);
         }
         Ok(())

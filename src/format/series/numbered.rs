@@ -40,7 +40,16 @@ fn number(text: &str) -> Option<f64> {
 fn last_number(path: &Path) -> Option<(String, String, String)> {
     let (stem, name) = (path.file_stem()?.to_str()?, path.file_name()?.to_str()?);
     let end = stem.rfind(|c: char| c.is_ascii_digit())? + 1;
-    let start = stem[..end].rfind(|c: char| !c.is_ascii_digit()).map_or(0, |i| i + stem[i..].chars().next().map_or(1, char::len_utf8));
+    let begin =
+        |end: usize| stem[..end].rfind(|c: char| !c.is_ascii_digit()).map_or(0, |i| i + stem[i..].chars().next().map_or(1, char::len_utf8));
+    let mut start = begin(end);
+    // A point belongs to the number if what is before it is a number apart: of `flow_0.25`, not of `run1.10`.
+    if let Some(head) = stem[..start].strip_suffix('.') {
+        let whole = begin(head.len());
+        if whole < head.len() && stem[..whole].chars().next_back().is_none_or(|c| matches!(c, '_' | '-' | '=')) {
+            start = whole;
+        }
+    }
     Some((name[..start].to_owned(), name[start..end].to_owned(), name[end..].to_owned()))
 }
 

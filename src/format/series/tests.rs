@@ -109,6 +109,7 @@ fn patterns_go_by_the_number() {
     assert_eq!(Series::open(&folder.path().join("flow_9.vtu"), &[]).expect("no list is read"), None, "a single file");
     assert_eq!(siblings(&folder.path().join("flow_9.vtu")), Some((folder.path().join("flow_*.vtu"), 3)));
     assert_eq!(siblings(&folder.path().join("flow_11.vtk")), None, "there is no other");
+    assert_eq!(siblings(&folder.path().join("flow_0.25.vtu")), Some((folder.path().join("flow_*.vtu"), 3)), "the whole number");
     assert_eq!(siblings(&folder.path().join("flow_mean.vtu")), None);
 }
 
@@ -125,6 +126,8 @@ fn files_one_by_one_go_by_their_last_number_or_as_they_stand() {
     assert_eq!(times(&["a/u2_10.vtu", "b/u2_9.vtu"]), named(&[(9.0, "b/u2_9.vtu"), (10.0, "a/u2_10.vtu")]));
     assert_eq!(times(&["flow.vtu", "ebb.vtu"]), named(&[(0.0, "flow.vtu"), (1.0, "ebb.vtu")]));
     assert_eq!(times(&["t9_p1.vtu", "t8_p1.vtu"]), named(&[(0.0, "t9_p1.vtu"), (1.0, "t8_p1.vtu")]));
+    assert_eq!(times(&["flow_1.0.vtu", "flow_0.25.vtu"]), named(&[(0.25, "flow_0.25.vtu"), (1.0, "flow_1.0.vtu")]));
+    assert_eq!(times(&["run1.10.vtu", "run1.9.vtu"]), named(&[(9.0, "run1.9.vtu"), (10.0, "run1.10.vtu")]));
     assert!(open(&["a1.vtu", "a2.vtu", "a1.vtu"]).is_err_and(|error| error.to_string() == "a1.vtu: is named twice"));
 }
 

@@ -176,6 +176,7 @@ impl Sweep<'_> {
         let scene = ExactScene::new(mesh, field, progress)?;
         let picture = |(k, view): (usize, &View)| {
             let frame = view.camera.frame(mesh.center(), view.settings.width, view.settings.height);
+            let frame = frame.with_planes(&view.settings.planes, mesh.center());
             let settings = view.settings.stopping_at(0.0);
             let image = scene.render(&frame, &view.transfer_function, &settings, progress)?;
             let is_seen = image.pixels.iter().any(|p| p[3] > 1.0 / 512.0);
@@ -227,6 +228,7 @@ impl Sweep<'_> {
             }
             scene => scene?,
         };
+        let scene = scene.with_mesh(self.of.mesh().cloned());
         let mut psnr_db_by_view = Vec::new();
         for (view, exact) in self.views.iter().zip(exact) {
             psnr_db_by_view.push(psnr(exact, &self.renderer.render(&scene, view, progress)?.image).1);
