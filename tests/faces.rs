@@ -1,5 +1,5 @@
 //! Boundary faces that are drawn: how many a ray meets, where, in what colours. Closed forms for the exact renderer and the octree; the GPU
-//! is held against the CPU in `tests/modes.rs`.
+//! is held against the CPU in `tests/modes.rs`, and here where parts of a mesh touch.
 
 mod meshes;
 mod views;
@@ -86,7 +86,8 @@ fn every_face_is_met_in_depth_order_with_the_volume() {
 #[test]
 fn where_the_mesh_goes_on_there_is_no_face() {
     // Two blocks whose points on y = 0 are there twice, and two that overlap.
-    let renderer = Renderer::new(DeviceChoice::Cpu).expect("the CPU");
+    let [cpu, gpu] = [DeviceChoice::Cpu, DeviceChoice::Gpu]
+        .map(|choice| Renderer::new(choice).expect("an adapter; on Debian: apt install mesa-vulkan-drivers"));
     for shift in [0.0, -0.125] {
         let mut parts = MeshParts::default();
         add_grid(&mut parts, 4, DVec3::NEG_ONE, 2.0, |[_, y, _]| y < 2);
@@ -94,10 +95,12 @@ fn where_the_mesh_goes_on_there_is_no_face() {
         let blocks = mesh(parts);
         let field = point_field(&blocks, |p| p.x);
         let faces = Some(Faces { opacity: 0.5, color: Some([1.0; 3]), edges: false });
-        for scene in &scenes(&renderer, &blocks, &field) {
-            let view = front(RenderSettings { mode: Mode::Iso, faces, shading: FLAT, ..RenderSettings::new(16, 16) });
-            for pixel in draw(&renderer, scene, &view).pixels {
-                assert!((pixel[3] - 0.75).abs() < 1e-6, "{:?} {shift}: {pixel:?} is not of two faces", scene.kind());
+        for renderer in [&cpu, &gpu] {
+            for scene in &scenes(renderer, &blocks, &field) {
+                let view = front(RenderSettings { mode: Mode::Iso, faces, shading: FLAT, ..RenderSettings::new(16, 16) });
+                for pixel in draw(renderer, scene, &view).pixels {
+                    assert!((pixel[3] - 0.75).abs() < 1e-6, "{:?} {shift}: {pixel:?} is not of two faces", scene.kind());
+                }
             }
         }
     }
