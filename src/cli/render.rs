@@ -275,6 +275,8 @@ impl RenderCommand {
             report.set("boundary", "bytes", surface.bytes());
             report.set("boundary", "faces", surface.faces().len());
             report.set("time", "boundary", start.elapsed().as_secs_f64());
+        } else if self.view.settings().drawn_faces().is_some() {
+            note("--faces draws the surface that rays are cut to, and there is none here; --boundary mesh has one");
         }
         let (scene, upload_s) = renderer.octree_scene(subject, texture, surface)?;
         report.set("time", "upload", upload_s);
