@@ -1,9 +1,9 @@
 //! Files to meshes and volumes: one file a format, one registry line each.
 
-mod cell_types;
 mod legacy_vtk;
 mod meta_image;
 pub mod nrrd;
+mod parse;
 mod plot3d;
 mod raw;
 pub mod series;
@@ -15,9 +15,10 @@ mod voxel_data;
 mod vti;
 pub mod vtu;
 
-use crate::mesh::{MeshError, MeshParts, TetMesh};
+use crate::mesh::{MeshError, MeshParts, TetMesh, UnstructuredGrid, to_tets};
 use crate::progress::{Cancelled, Progress};
 use crate::volume::Grid;
+pub use parse::ParseError;
 pub use plot3d::Plot3dError;
 pub use raw::RawLayout;
 pub use series::Series;
@@ -62,11 +63,13 @@ enum Reader {
     Grid(fn(&GridFile<'_>, &Progress) -> Result<Grid, VolumeError>),
     Structured(fn(&GridFile<'_>, &Progress) -> Result<MeshParts, Plot3dError>),
     Either(fn(&GridFile<'_>, &Progress) -> Result<Found, VolumeError>),
+    Cells(fn(&GridFile<'_>, &Progress) -> Result<UnstructuredGrid, ParseError>),
 }
 
-/// What a reader of either found.
+/// What a reader found.
 #[derive(Debug)]
 enum Found {
+    Cells(UnstructuredGrid),
     Mesh(MeshParts),
     Grid(Grid),
 }
@@ -76,6 +79,18 @@ enum Found {
 #[allow(clippy::large_enum_variant)] // there is one of it
 pub enum Data {
     /// A mesh with all its arrays.
+    Mesh(TetMesh),
+    /// A volume of one of its arrays.
+    Grid(Grid),
+}
+
+/// What a file holds, as it holds it.
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant)] // there is one of it
+pub enum Contents {
+    /// Cells of any type.
+    Cells(UnstructuredGrid),
+    /// Tets.
     Mesh(TetMesh),
     /// A volume of one of its arrays.
     Grid(Grid),
@@ -150,6 +165,9 @@ pub enum Problem {
     /// It is no sound PLOT3D grid, or its solution is not.
     #[error("{0}")]
     Plot3d(#[from] Plot3dError),
+    /// It is no sound file of cells.
+    #[error("{0}")]
+    Parse(#[from] ParseError),
     /// A solution was named for a file of another format.
     #[error("is {0}, which has its arrays in itself; a solution belongs to a PLOT3D grid")]
     NoUseForSolution(&'static str),
@@ -182,6 +200,12 @@ pub fn read(path: &Path, options: &ReadOptions, progress: &Progress) -> Result<D
     found.map_err(|problem| named(path, problem))
 }
 
+/// Reads a file as [`read`] does, and leaves its cells as they are.
+pub fn read_contents(path: &Path, options: &ReadOptions, progress: &Progress) -> Result<Contents, FormatError> {
+    let found = open(path).and_then(|(file, len)| contents(&Source::File(&file, len), path, options, progress));
+    found.map_err(|problem| named(path, problem))
+}
+
 /// Reads a mesh, as [`read`] does with default options; a volume is refused.
 pub fn read_mesh(path: &Path, progress: &Progress) -> Result<TetMesh, FormatError> {
     read_mesh_with(path, &ReadOptions::default(), progress)
@@ -211,15 +235,24 @@ fn named(path: &Path, problem: Problem) -> FormatError {
         Problem::Vtu(VtuError::Cancelled(cancelled)) | Problem::Plot3d(Plot3dError::Cancelled(cancelled)) => {
             FormatError::Cancelled(cancelled)
         }
+        Problem::Parse(problem) if problem.cancelled().is_some() => FormatError::Cancelled(Cancelled),
         Problem::Volume(volume) if volume.cancelled().is_some() => FormatError::Cancelled(Cancelled),
         problem => FormatError::File { path: path.to_owned(), problem: Box::new(problem) },
     }
 }
 
 fn read_source(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &Progress) -> Result<Data, Problem> {
+    Ok(match contents(source, path, options, progress)? {
+        Contents::Cells(grid) => Data::Mesh(TetMesh::new(to_tets(grid)?)?),
+        Contents::Mesh(mesh) => Data::Mesh(mesh),
+        Contents::Grid(grid) => Data::Grid(grid),
+    })
+}
+
+fn contents(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &Progress) -> Result<Contents, Problem> {
     let file = GridFile { source, path, options };
     if let Some(layout) = &options.raw {
-        return Ok(Data::Grid(raw::read(&file, layout, progress)?));
+        return Ok(Contents::Grid(raw::read(&file, layout, progress)?));
     }
     let format = format_of(source, path)?;
     check_solution(format, options)?;
@@ -228,11 +261,13 @@ fn read_source(source: &Source<'_>, path: &Path, options: &ReadOptions, progress
         Reader::Mesh(read) => Found::Mesh(read(source, progress)?),
         Reader::Structured(read) => Found::Mesh(read(&file, progress)?),
         Reader::Either(read) => read(&file, progress)?,
+        Reader::Cells(read) => Found::Cells(read(&file, progress)?),
     };
-    match found {
-        Found::Grid(grid) => Ok(Data::Grid(grid)),
-        Found::Mesh(parts) => Ok(Data::Mesh(TetMesh::new(parts)?)),
-    }
+    Ok(match found {
+        Found::Cells(grid) => Contents::Cells(grid),
+        Found::Grid(grid) => Contents::Grid(grid),
+        Found::Mesh(parts) => Contents::Mesh(TetMesh::new(parts)?),
+    })
 }
 
 fn read_mesh_source(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &Progress) -> Result<TetMesh, Problem> {

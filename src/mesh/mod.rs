@@ -3,6 +3,7 @@
 
 pub mod adjacency;
 pub mod boundary;
+mod cell_type;
 mod compact;
 mod field;
 mod file_cells;
@@ -12,8 +13,11 @@ mod locator;
 mod pick;
 mod structured;
 mod tet_mesh;
+mod to_tets;
+mod unstructured;
 
 pub use boundary::BoundarySurface;
+pub use cell_type::{CellType, counts_in_words, thousands};
 pub use compact::CompactMesh;
 pub use field::{Association, Component, FieldError, FieldSelection, NotAComponent, ScalarField};
 pub use file_cells::{CellShape, FileCells};
@@ -21,3 +25,5 @@ pub use layered::{ArrayLayout, LayeredMesh, Precision, collect};
 pub use locator::{Locator, Place};
 pub use structured::{StructuredBlock, split_into_tets};
 pub use tet_mesh::{DataArray, MeshError, MeshParts, TetMesh, Values};
+pub use to_tets::to_tets;
+pub use unstructured::{Cells, TooManyCellPoints, UnstructuredGrid};

@@ -1,6 +1,7 @@
 //! Curvilinear grids as tets: blocks of points in rows, columns and layers whose cells are hexahedra, five tets each.
 
-use super::{CellShape, DataArray, FileCells, MeshError, MeshParts, Values};
+use super::to_tets::gathered;
+use super::{CellShape, DataArray, FileCells, MeshError, MeshParts};
 use crate::geometry;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -115,22 +116,10 @@ fn without_unused(mut parts: MeshParts) -> MeshParts {
     parts
 }
 
-/// The tuples of an array at these places.
-fn gathered(array: DataArray, places: &[u32]) -> DataArray {
-    fn take<T: Copy>(values: &[T], components: usize, places: &[u32]) -> Vec<T> {
-        places.iter().flat_map(|&i| &values[i as usize * components..][..components]).copied().collect()
-    }
-    let values = match &array.values {
-        Values::F32(values) => Values::F32(take(values, array.components, places)),
-        Values::F64(values) => Values::F64(take(values, array.components, places)),
-    };
-    DataArray { values, ..array }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::TetMesh;
+    use crate::mesh::{TetMesh, Values};
     use std::collections::HashMap;
 
     /// Points of a block, placed by a map of their indices.

@@ -19,9 +19,8 @@ pub(super) mod xml;
 
 pub use data::ArrayError;
 
-use super::cell_types;
 use super::source::Source;
-use crate::mesh::{DataArray, MeshParts, Values};
+use crate::mesh::{CellType, DataArray, MeshParts, Values, counts_in_words};
 use crate::progress::{Cancelled, Progress};
 use data::ArrayReader;
 use glam::DVec3;
@@ -189,7 +188,9 @@ impl Reader<'_> {
             };
             self.arrays.visit(types, piece.cells, count).map_err(|e| self.error(index, "cells array \"types\"", e))?;
         }
-        cell_types::others(&counts).map_or(Ok(()), |others| Err(VtuError::Cells(others)))
+        let others = (0..=u8::MAX).map(CellType).filter(|&t| t != CellType::TETRA).map(|t| (t, counts[usize::from(t.0)]));
+        let others: Vec<(CellType, u64)> = others.filter(|&(_, count)| count > 0).collect();
+        if others.is_empty() { Ok(()) } else { Err(VtuError::Cells(counts_in_words(others))) }
     }
 
     fn assemble(&self) -> Result<MeshParts, VtuError> {
