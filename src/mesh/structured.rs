@@ -1,7 +1,7 @@
 //! Curvilinear grids as tets: blocks of points in rows, columns and layers whose cells are hexahedra, five tets each.
 
-use super::to_tets::gathered;
-use super::{CellShape, DataArray, FileCells, MeshError, MeshParts};
+use super::to_tets::{gathered, without_unused};
+use super::{CellType, DataArray, FileCells, MeshError, MeshParts};
 use crate::geometry;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -95,25 +95,10 @@ pub fn split_into_tets(
         (first, first_cell) = (end, first_cell + block.cells().iter().product::<usize>());
     }
     let cell_data = cell_data.into_iter().map(|array| gathered(array, &cells)).collect();
-    let shape = CellShape::Hexahedron;
-    let is_whole = tets.len() == shape.tets() * first_cell;
-    let file_cells = FileCells { shape, numbers: if is_whole { vec![] } else { cells } };
-    Ok(without_unused(MeshParts { points, tets, point_data, cell_data, active_scalars, file_cells }))
-}
-
-/// The same mesh without points that no tet uses.
-fn without_unused(mut parts: MeshParts) -> MeshParts {
-    let mut place = vec![u32::MAX; parts.points.len()];
-    parts.tets.iter().flatten().for_each(|&i| place[i as usize] = 0);
-    let used: Vec<u32> = (0..place.len() as u32).filter(|&i| place[i as usize] == 0).collect();
-    if used.len() == place.len() {
-        return parts;
-    }
-    used.iter().enumerate().for_each(|(new, &old)| place[old as usize] = new as u32);
-    parts.tets.par_iter_mut().for_each(|tet| *tet = tet.map(|i| place[i as usize]));
-    parts.points = used.iter().map(|&i| parts.points[i as usize]).collect();
-    parts.point_data = parts.point_data.into_iter().map(|array| gathered(array, &used)).collect();
-    parts
+    let tets_per_cell = EVEN.len();
+    let numbers = if tets.len() == tets_per_cell * first_cell { vec![] } else { cells };
+    let file_cells = FileCells { shape: CellType::HEXAHEDRON, tets_per_cell, numbers, types: vec![] };
+    Ok(without_unused(MeshParts { points, tets, point_data, cell_data, active_scalars, file_cells, notes: vec![] }))
 }
 
 #[cfg(test)]
