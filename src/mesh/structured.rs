@@ -38,6 +38,23 @@ impl StructuredBlock {
         self.dims.iter().product()
     }
 
+    /// How many cells it has, blanked ones counted.
+    pub fn cell_count(&self) -> usize {
+        self.cells().iter().product()
+    }
+
+    /// The corners of its cells in VTK's order, and their numbers, without blanked ones; `first` is the index of its first point.
+    pub fn hexahedra(&self, first: u32) -> impl Iterator<Item = ([u32; 8], u32)> {
+        let ([nx, ny, _], [cx, cy, _]) = (self.dims, self.cells());
+        (0..self.cell_count()).filter_map(move |cell| {
+            let [i, j, k] = [cell % cx, cell / cx % cy, cell / (cx * cy)];
+            let at = |x: usize, y: usize, z: usize| i + x + nx * (j + y + ny * (k + z));
+            let corners = [at(0, 0, 0), at(1, 0, 0), at(1, 1, 0), at(0, 1, 0), at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)];
+            let is_blanked = corners.iter().any(|&c| self.blanked.get(c) == Some(&true)) || self.blanked_cells.get(cell) == Some(&true);
+            (!is_blanked).then(|| (corners.map(|corner| first + corner as u32), cell as u32))
+        })
+    }
+
     /// Cells along each axis.
     fn cells(&self) -> [usize; 3] {
         self.dims.map(|n| n.saturating_sub(1))

@@ -56,6 +56,44 @@ impl DataArray {
     }
 }
 
+impl DataArray {
+    /// Its tuples at these places.
+    pub fn gathered(self, places: &[u32]) -> DataArray {
+        gathered(self, places)
+    }
+
+    /// Adds the tuples of another, which has as many components.
+    fn append(&mut self, other: DataArray) {
+        match (&mut self.values, other.values) {
+            (Values::F32(values), Values::F32(more)) => values.extend(more),
+            (Values::F64(values), Values::F64(more)) => values.extend(more),
+            (Values::F64(values), Values::F32(more)) => values.extend(more.iter().map(|&v| f64::from(v))),
+            (Values::F32(values), Values::F64(more)) => {
+                let wide = values.iter().map(|&v| f64::from(v)).chain(more).collect();
+                self.values = Values::F64(wide);
+            }
+        }
+    }
+
+    /// Puts arrays behind those of the same name and size; others of either are dropped, and named.
+    pub(super) fn append_all(arrays: &mut Vec<DataArray>, more: Vec<DataArray>) -> Vec<String> {
+        let mut more: Vec<Option<DataArray>> = more.into_iter().map(Some).collect();
+        let mut dropped = Vec::new();
+        arrays.retain_mut(|array| {
+            let is_it = |other: &&mut Option<DataArray>| {
+                other.as_ref().is_some_and(|other| other.name == array.name && other.components == array.components)
+            };
+            match more.iter_mut().find(is_it).and_then(Option::take) {
+                Some(other) => array.append(other),
+                None => dropped.push(array.name.clone()),
+            }
+            dropped.last() != Some(&array.name)
+        });
+        dropped.extend(more.into_iter().flatten().map(|array| array.name));
+        dropped
+    }
+}
+
 /// What a reader hands to [`TetMesh::new`]: absolute coordinates, nothing checked yet.
 #[derive(Debug, Clone, Default)]
 pub struct MeshParts {

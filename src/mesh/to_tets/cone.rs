@@ -91,9 +91,10 @@ impl Splitter {
         for _ in 0..faces {
             let (&count, behind) = rest.split_first().ok_or_else(broken)?;
             let (face, behind) = behind.split_at_checked(count as usize).ok_or_else(broken)?;
-            self.check(cell, face)?;
-            self.scratch.nodes.extend_from_slice(face);
-            self.scratch.ends.push(self.scratch.nodes.len());
+            let mut nodes = std::mem::take(&mut self.scratch.nodes);
+            self.push_nodes(cell, face, &mut nodes)?;
+            self.scratch.ends.push(nodes.len());
+            self.scratch.nodes = nodes;
             rest = behind;
         }
         if !rest.is_empty() {

@@ -23,11 +23,14 @@ use std::collections::HashMap;
 
 /// The tets of the cells that have a volume, with the arrays of those cells.
 pub fn to_tets(grid: UnstructuredGrid) -> Result<MeshParts, MeshError> {
-    let UnstructuredGrid { points, cells, point_data, cell_data, active_scalars, numbers, notes } = grid;
+    let UnstructuredGrid { points, cells, point_data, cell_data, active_scalars, numbers, merges_points, notes } = grid;
     if points.len() >= u32::MAX as usize {
         return Err(MeshError::TooMany { what: "points", count: points.len() });
     }
     let mut splitter = Splitter::new(points);
+    if merges_points {
+        splitter.merge_points();
+    }
     for (cell, (cell_type, nodes)) in cells.iter().enumerate() {
         splitter.cell(cell, cell_type, nodes)?;
     }
@@ -44,6 +47,9 @@ struct Splitter {
     points: Vec<DVec3>,
     /// Points of the file.
     own_points: usize,
+    /// The first point at the place of each, if those at one place are one.
+    first_at: Vec<u32>,
+    merged: u64,
     /// Of each point that was made the nodes whose weighted mean it is, one behind the other, and where they end.
     sources: Vec<(u32, f64)>,
     source_ends: Vec<usize>,
@@ -57,7 +63,8 @@ struct Splitter {
     corners_only: u64,
     folded: u64,
     open: u64,
-    /// How far half the quadratic cells' edges lie from their ends' mean, squared, for the largest edge: see [`quadratic`].
+    /// What is allocated once: a cell's nodes, and what cones need.
+    nodes: Vec<u32>,
     scratch: cone::Scratch,
 }
 
@@ -65,6 +72,8 @@ impl Splitter {
     fn new(points: Vec<DVec3>) -> Self {
         Splitter {
             own_points: points.len(),
+            first_at: vec![],
+            merged: 0,
             points,
             sources: vec![],
             source_ends: vec![],
@@ -75,6 +84,7 @@ impl Splitter {
             corners_only: 0,
             folded: 0,
             open: 0,
+            nodes: vec![],
             scratch: cone::Scratch::default(),
         }
     }
@@ -87,48 +97,54 @@ impl Splitter {
         if cell_type == CellType::POLYHEDRON {
             return self.polyhedron(cell, nodes);
         }
-        let expected = cell_type.points();
-        if expected.is_some_and(|expected| expected != nodes.len()) {
-            return Err(MeshError::CellPoints { cell, cell_type, found: nodes.len(), expected: expected.unwrap_or_default() });
+        if let Some(expected) = cell_type.points().filter(|&expected| expected != nodes.len()) {
+            return Err(MeshError::CellPoints { cell, cell_type, found: nodes.len(), expected });
         }
-        self.check(cell, nodes)?;
-        let first = self.tets.len();
-        match cell_type {
-            CellType::TETRA => self.tets.push([nodes[0], nodes[1], nodes[2], nodes[3]]),
-            CellType::QUADRATIC_TETRA => self.quadratic_tetra(nodes),
-            CellType::QUADRATIC_PYRAMID | CellType::TRIQUADRATIC_PYRAMID => self.quadratic_pyramid(nodes),
-            CellType::QUADRATIC_WEDGE | CellType::BIQUADRATIC_QUADRATIC_WEDGE => self.quadratic_wedge(nodes),
-            CellType::QUADRATIC_HEXAHEDRON | CellType::BIQUADRATIC_QUADRATIC_HEXAHEDRON | CellType::TRIQUADRATIC_HEXAHEDRON => {
-                self.quadratic_hexahedron(nodes);
+        let mut own = std::mem::take(&mut self.nodes);
+        own.clear();
+        self.push_nodes(cell, nodes, &mut own)?;
+        match (cell_type, &own[..]) {
+            (CellType::TETRA, &[a, b, c, d]) => self.tets.push([a, b, c, d]),
+            (CellType::VOXEL, &[a, b, c, d, e, f, g, h]) => self.hexahedron([a, b, d, c, e, f, h, g]),
+            (CellType::QUADRATIC_TETRA, nodes) => self.quadratic_tetra(nodes),
+            (CellType::LAGRANGE_TETRAHEDRON, nodes) if nodes.len() == 10 => self.quadratic_tetra(nodes),
+            (CellType::QUADRATIC_PYRAMID | CellType::TRIQUADRATIC_PYRAMID, nodes) => self.quadratic_pyramid(nodes),
+            (CellType::QUADRATIC_WEDGE | CellType::BIQUADRATIC_QUADRATIC_WEDGE, nodes) => self.quadratic_wedge(nodes),
+            (CellType::QUADRATIC_HEXAHEDRON | CellType::BIQUADRATIC_QUADRATIC_HEXAHEDRON | CellType::TRIQUADRATIC_HEXAHEDRON, nodes) => {
+                self.quadratic_hexahedron(nodes)
             }
-            CellType::LAGRANGE_TETRAHEDRON if nodes.len() == 10 => self.quadratic_tetra(nodes),
-            _ => match cone::corners(cell_type, nodes.len()) {
+            (cell_type, nodes) => match cone::corners(cell_type, nodes.len()) {
                 Some((corners, faces)) => {
                     self.corners_only += u64::from(corners < nodes.len());
-                    let (mut turned, nodes) = ([0; 8], &nodes[..corners]);
-                    let nodes = if cell_type == CellType::VOXEL {
-                        turned = [0, 1, 3, 2, 4, 5, 7, 6].map(|i| nodes[i]);
-                        &turned[..]
-                    } else {
-                        let _ = &mut turned;
-                        nodes
-                    };
-                    self.linear(nodes, faces);
+                    self.linear(&nodes[..corners], faces);
                 }
                 None => self.without_faces += 1,
             },
         }
+        self.nodes = own;
         self.cells.resize(self.tets.len(), (cell as u32, cell_type));
-        debug_assert!(first <= self.tets.len());
         Ok(())
     }
 
-    /// `Err` if a cell names points that do not exist.
-    fn check(&self, cell: usize, nodes: &[u32]) -> Result<(), MeshError> {
-        match nodes.iter().find(|&&node| node as usize >= self.own_points) {
-            Some(&index) => Err(MeshError::CellPoint { cell, index, points: self.own_points }),
-            None => Ok(()),
+    /// Takes points with the same coordinates for one.
+    fn merge_points(&mut self) {
+        let key = |p: &DVec3| (*p + DVec3::ZERO).to_array().map(f64::to_bits); // -0 is 0
+        let mut order: Vec<(u32, [u64; 3])> = self.points.par_iter().enumerate().map(|(i, p)| (i as u32, key(p))).collect();
+        order.par_sort_unstable_by_key(|&(i, key)| (key, i));
+        self.first_at = vec![0; self.points.len()];
+        for run in order.chunk_by(|a, b| a.1 == b.1) {
+            run.iter().for_each(|&(i, _)| self.first_at[i as usize] = run[0].0);
+            self.merged += run.len() as u64 - 1;
         }
+    }
+
+    /// Adds the points that a cell names, which must exist.
+    fn push_nodes(&self, cell: usize, nodes: &[u32], out: &mut Vec<u32>) -> Result<(), MeshError> {
+        if let Some(&index) = nodes.iter().find(|&&node| node as usize >= self.own_points) {
+            return Err(MeshError::CellPoint { cell, index, points: self.own_points });
+        }
+        out.extend(nodes.iter().map(|&node| self.first_at.get(node as usize).copied().unwrap_or(node)));
+        Ok(())
     }
 
     /// A new point, the weighted mean of nodes.
@@ -172,6 +188,7 @@ impl Splitter {
             (self.corners_only, "cells of a higher order are taken by their corners"),
             (self.folded, "cells are folded: some of their tets overlap others"),
             (self.open, "polyhedra have faces that do not close them"),
+            (self.merged, "points of several pieces lie where others do and were taken for one with them"),
             (made as u64, "points were made in the middle of cells and faces"),
         ] {
             if count > 0 {
