@@ -1,6 +1,8 @@
 //! Files to meshes and volumes: one file a format, one registry line each.
 
 mod gmsh;
+mod exodus;
+mod hdf;
 mod legacy_vtk;
 mod meta_image;
 pub mod nrrd;
@@ -41,6 +43,8 @@ pub const FORMATS: &[Format] = &[
     Format { name: "VTK XML rectilinear grid", suffixes: &["vtr"], recognizes: vtu::structured::recognizes_rectilinear, reader: Reader::Mesh(vtu::structured::read_rectilinear) },
     Format { name: "VTK legacy", suffixes: &["vtk"], recognizes: legacy_vtk::recognizes, reader: Reader::Either(legacy_vtk::read) },
     Format { name: "Gmsh mesh", suffixes: &["msh"], recognizes: gmsh::recognizes, reader: Reader::Cells(gmsh::read) },
+    Format { name: "Exodus II", suffixes: exodus::SUFFIXES, recognizes: exodus::recognizes, reader: Reader::Cells(exodus::read) },
+    Format { name: "VTKHDF", suffixes: &["vtkhdf", "hdf"], recognizes: hdf::recognizes, reader: Reader::Cells(hdf::read) },
     Format { name: "NRRD", suffixes: &["nrrd", "nhdr"], recognizes: nrrd::recognizes, reader: Reader::Grid(nrrd::read) },
     Format { name: "PLOT3D", suffixes: plot3d::SUFFIXES, recognizes: |_| false, reader: Reader::Structured(plot3d::read) },
     Format { name: "MetaImage", suffixes: &["mhd", "mha"], recognizes: meta_image::recognizes, reader: Reader::Grid(meta_image::read) },
