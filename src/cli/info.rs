@@ -46,7 +46,7 @@ fn list(out: &mut impl Write, series: &Series) -> io::Result<()> {
     let (steps, [first, last]) = (series.steps(), series.span());
     writeln!(out, "steps         {}, times {first} .. {last}", steps.len())?;
     for (i, step) in steps.iter().enumerate() {
-        let missing = if step.path.is_file() { "" } else { "  (missing)" };
+        let missing = if step.exists() { "" } else { "  (missing)" };
         writeln!(out, "step {i:<8} {}  {}{missing}", step.time, step.path.display())?;
     }
     writeln!(out, "--time T or --time-step N say what a step holds")
