@@ -4,7 +4,7 @@ mod binary;
 mod words;
 
 pub(super) use binary::{Binary, Plain};
-pub(super) use words::Words;
+pub(super) use words::{Words, real};
 
 use super::GridFile;
 use crate::mesh::{MeshError, TooManyCellPoints};
