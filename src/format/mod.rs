@@ -33,7 +33,9 @@ use vtu::VtuError;
 /// The formats that [`read`] knows, one line each.
 #[rustfmt::skip]
 pub const FORMATS: &[Format] = &[
-    Format { name: "VTK XML unstructured grid", suffixes: &["vtu"], recognizes: is_vtu, reader: Reader::Mesh(vtu::read) },
+    Format { name: "VTK XML unstructured grid", suffixes: &["vtu"], recognizes: is_vtu, reader: Reader::Vtk(vtu::read) },
+    Format { name: "VTK XML surface", suffixes: &["vtp"], recognizes: vtu::recognizes_surface, reader: Reader::Vtk(vtu::read_surface) },
+    Format { name: "VTK XML pieces in several files", suffixes: &["pvtu", "pvts", "pvtr", "pvtp"], recognizes: vtu::parallel::recognizes, reader: Reader::Cells(vtu::parallel::read) },
     Format { name: "VTK XML image data", suffixes: &["vti"], recognizes: vti::recognizes, reader: Reader::Grid(vti::read) },
     Format { name: "VTK XML structured grid", suffixes: &["vts"], recognizes: vtu::structured::recognizes_structured, reader: Reader::Mesh(vtu::structured::read_structured) },
     Format { name: "VTK XML rectilinear grid", suffixes: &["vtr"], recognizes: vtu::structured::recognizes_rectilinear, reader: Reader::Mesh(vtu::structured::read_rectilinear) },
@@ -64,6 +66,7 @@ pub struct Format {
 /// What reads a format.
 #[derive(Debug)]
 enum Reader {
+    Vtk(fn(&Source<'_>, &Progress) -> Result<Found, VtuError>),
     Mesh(fn(&Source<'_>, &Progress) -> Result<MeshParts, VtuError>),
     Grid(fn(&GridFile<'_>, &Progress) -> Result<Grid, VolumeError>),
     Structured(fn(&GridFile<'_>, &Progress) -> Result<MeshParts, Plot3dError>),
@@ -263,6 +266,7 @@ fn contents(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &
     check_solution(format, options)?;
     let found = match format.reader {
         Reader::Grid(read) => Found::Grid(read(&file, progress)?),
+        Reader::Vtk(read) => read(source, progress)?,
         Reader::Mesh(read) => Found::Mesh(read(source, progress)?),
         Reader::Structured(read) => Found::Mesh(read(&file, progress)?),
         Reader::Either(read) => read(&file, progress)?,
@@ -308,5 +312,5 @@ fn known() -> String {
 
 fn is_vtu(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
-    text.contains("<VTKFile") && text.contains("UnstructuredGrid")
+    text.contains("<VTKFile") && text.contains("\"UnstructuredGrid\"")
 }

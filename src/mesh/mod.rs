@@ -20,7 +20,7 @@ pub use boundary::BoundarySurface;
 pub use cell_type::{CellType, counts_in_words, thousands};
 pub use compact::CompactMesh;
 pub use field::{Association, Component, FieldError, FieldSelection, NotAComponent, ScalarField};
-pub use file_cells::{CellShape, FileCells};
+pub use file_cells::FileCells;
 pub use layered::{ArrayLayout, LayeredMesh, Precision, collect};
 pub use locator::{Locator, Place};
 pub use structured::{StructuredBlock, split_into_tets};
