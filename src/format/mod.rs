@@ -12,6 +12,7 @@ mod plot3d;
 mod raw;
 pub mod series;
 mod source;
+mod surface;
 pub mod transfer_file;
 #[cfg(test)]
 mod volume_tests;
@@ -50,6 +51,10 @@ pub const FORMATS: &[Format] = &[
     Format { name: "PLOT3D", suffixes: plot3d::SUFFIXES, recognizes: |_| false, reader: Reader::Structured(plot3d::read) },
     Format { name: "OpenFOAM case", suffixes: openfoam::SUFFIXES, recognizes: |_| false, reader: Reader::Cells(openfoam::read) },
     Format { name: "MetaImage", suffixes: &["mhd", "mha"], recognizes: meta_image::recognizes, reader: Reader::Grid(meta_image::read) },
+    Format { name: "STL", suffixes: &["stl"], recognizes: surface::stl::recognizes, reader: Reader::Cells(surface::stl::read) },
+    Format { name: "PLY", suffixes: &["ply"], recognizes: surface::ply::recognizes, reader: Reader::Cells(surface::ply::read) },
+    Format { name: "Wavefront OBJ", suffixes: &["obj"], recognizes: surface::obj::recognizes, reader: Reader::Cells(surface::obj::read) },
+    Format { name: "OFF", suffixes: &["off"], recognizes: surface::off::recognizes, reader: Reader::Cells(surface::off::read) },
 ];
 
 /// Bytes at the start of a file that a format is recognized by.
