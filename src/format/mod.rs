@@ -1,7 +1,7 @@
 //! Files to meshes and volumes: one file a format, one registry line each.
 
-mod gmsh;
 mod exodus;
+pub mod gmsh;
 mod hdf;
 mod legacy_vtk;
 mod meta_image;
@@ -71,6 +71,18 @@ pub struct Format {
     reader: Reader,
 }
 
+impl Format {
+    /// What its files hold, in words.
+    pub fn holds(&self) -> &'static str {
+        match self.reader {
+            Reader::Grid(_) => "a volume",
+            Reader::Either(_) => "a mesh or a volume",
+            Reader::Structured(_) | Reader::Mesh(_) => "a curvilinear grid",
+            Reader::Vtk(_) | Reader::Cells(_) => "a mesh",
+        }
+    }
+}
+
 /// What reads a format.
 #[derive(Debug)]
 enum Reader {
@@ -107,7 +119,7 @@ pub enum Contents {
     /// Cells of any type.
     Cells(UnstructuredGrid),
     /// Tets.
-    Mesh(TetMesh),
+    Tets(MeshParts),
     /// A volume of one of its arrays.
     Grid(Grid),
 }
@@ -246,6 +258,12 @@ fn opened<T>(path: &Path, read: impl FnOnce(&Source<'_>) -> Result<T, Problem>) 
     found.map_err(|problem| named(path, problem))
 }
 
+/// What a file that is in memory holds, as [`read_embedded`] reads it.
+pub fn embedded_contents(name: &str, bytes: &[u8], progress: &Progress) -> Result<Contents, FormatError> {
+    let path = Path::new(name);
+    contents(&Source::Bytes(bytes), path, &ReadOptions::default(), progress).map_err(|problem| named(path, problem))
+}
+
 fn open(path: &Path) -> Result<(File, u64), Problem> {
     let file = File::open(path)?;
     let metadata = file.metadata()?;
@@ -266,7 +284,7 @@ fn named(path: &Path, problem: Problem) -> FormatError {
 fn read_source(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &Progress) -> Result<Data, Problem> {
     Ok(match contents(source, path, options, progress)? {
         Contents::Cells(grid) => Data::Mesh(TetMesh::new(to_tets(grid)?)?),
-        Contents::Mesh(mesh) => Data::Mesh(mesh),
+        Contents::Tets(parts) => Data::Mesh(TetMesh::new(parts)?),
         Contents::Grid(grid) => Data::Grid(grid),
     })
 }
@@ -289,7 +307,7 @@ fn contents(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &
     Ok(match found {
         Found::Cells(grid) => Contents::Cells(grid),
         Found::Grid(grid) => Contents::Grid(grid),
-        Found::Mesh(parts) => Contents::Mesh(TetMesh::new(parts)?),
+        Found::Mesh(parts) => Contents::Tets(parts),
     })
 }
 
