@@ -70,6 +70,11 @@ fn describe(out: &mut impl Write, mesh: &TetMesh, shown: Option<&ScalarField>) -
             writeln!(out, "{of:<5} array   {}  {}{mark}", array.name, ranges(array))?;
         }
     }
+    // A metric is no array of the file.
+    let is_listed = |field: &&ScalarField| mesh.point_data().iter().chain(mesh.cell_data()).any(|array| array.name == field.name);
+    if let Some(field) = shown.filter(|field| !is_listed(field)) {
+        writeln!(out, "cell  array   {}  {} .. {}  <- shown", field.name, field.range[0], field.range[1])?;
+    }
     Ok(())
 }
 

@@ -1,6 +1,9 @@
 //! Files to meshes and volumes: one file a format, one registry line each.
 
 mod ensight;
+mod exodus;
+mod gmsh;
+mod hdf;
 mod legacy_vtk;
 mod meta_image;
 pub mod nrrd;
@@ -10,6 +13,7 @@ mod plot3d;
 mod raw;
 pub mod series;
 mod source;
+mod surface;
 pub mod transfer_file;
 #[cfg(test)]
 mod volume_tests;
@@ -34,16 +38,25 @@ use vtu::VtuError;
 /// The formats that [`read`] knows, one line each.
 #[rustfmt::skip]
 pub const FORMATS: &[Format] = &[
-    Format { name: "VTK XML unstructured grid", suffixes: &["vtu"], recognizes: is_vtu, reader: Reader::Mesh(vtu::read) },
+    Format { name: "VTK XML unstructured grid", suffixes: &["vtu"], recognizes: is_vtu, reader: Reader::Vtk(vtu::read) },
+    Format { name: "VTK XML surface", suffixes: &["vtp"], recognizes: vtu::recognizes_surface, reader: Reader::Vtk(vtu::read_surface) },
+    Format { name: "VTK XML pieces in several files", suffixes: &["pvtu", "pvts", "pvtr", "pvtp"], recognizes: vtu::parallel::recognizes, reader: Reader::Cells(vtu::parallel::read) },
     Format { name: "VTK XML image data", suffixes: &["vti"], recognizes: vti::recognizes, reader: Reader::Grid(vti::read) },
     Format { name: "VTK XML structured grid", suffixes: &["vts"], recognizes: vtu::structured::recognizes_structured, reader: Reader::Mesh(vtu::structured::read_structured) },
     Format { name: "VTK XML rectilinear grid", suffixes: &["vtr"], recognizes: vtu::structured::recognizes_rectilinear, reader: Reader::Mesh(vtu::structured::read_rectilinear) },
-    Format { name: "VTK legacy structured points, structured or rectilinear grid", suffixes: &["vtk"], recognizes: legacy_vtk::recognizes, reader: Reader::Either(legacy_vtk::read) },
+    Format { name: "VTK legacy", suffixes: &["vtk"], recognizes: legacy_vtk::recognizes, reader: Reader::Either(legacy_vtk::read) },
+    Format { name: "Gmsh mesh", suffixes: &["msh"], recognizes: gmsh::recognizes, reader: Reader::Cells(gmsh::read) },
+    Format { name: "Exodus II", suffixes: exodus::SUFFIXES, recognizes: exodus::recognizes, reader: Reader::Cells(exodus::read) },
+    Format { name: "VTKHDF", suffixes: &["vtkhdf", "hdf"], recognizes: hdf::recognizes, reader: Reader::Cells(hdf::read) },
     Format { name: "NRRD", suffixes: &["nrrd", "nhdr"], recognizes: nrrd::recognizes, reader: Reader::Grid(nrrd::read) },
     Format { name: "PLOT3D", suffixes: plot3d::SUFFIXES, recognizes: |_| false, reader: Reader::Structured(plot3d::read) },
     Format { name: "OpenFOAM case", suffixes: openfoam::SUFFIXES, recognizes: |_| false, reader: Reader::Cells(openfoam::read) },
     Format { name: "EnSight Gold", suffixes: ensight::SUFFIXES, recognizes: ensight::recognizes, reader: Reader::Cells(ensight::read) },
     Format { name: "MetaImage", suffixes: &["mhd", "mha"], recognizes: meta_image::recognizes, reader: Reader::Grid(meta_image::read) },
+    Format { name: "STL", suffixes: &["stl"], recognizes: surface::stl::recognizes, reader: Reader::Cells(surface::stl::read) },
+    Format { name: "PLY", suffixes: &["ply"], recognizes: surface::ply::recognizes, reader: Reader::Cells(surface::ply::read) },
+    Format { name: "Wavefront OBJ", suffixes: &["obj"], recognizes: surface::obj::recognizes, reader: Reader::Cells(surface::obj::read) },
+    Format { name: "OFF", suffixes: &["off"], recognizes: surface::off::recognizes, reader: Reader::Cells(surface::off::read) },
 ];
 
 /// Bytes at the start of a file that a format is recognized by.
@@ -63,6 +76,7 @@ pub struct Format {
 /// What reads a format.
 #[derive(Debug)]
 enum Reader {
+    Vtk(fn(&Source<'_>, &Progress) -> Result<Found, VtuError>),
     Mesh(fn(&Source<'_>, &Progress) -> Result<MeshParts, VtuError>),
     Grid(fn(&GridFile<'_>, &Progress) -> Result<Grid, VolumeError>),
     Structured(fn(&GridFile<'_>, &Progress) -> Result<MeshParts, Plot3dError>),
@@ -268,6 +282,7 @@ fn contents(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &
     check_solution(format, options)?;
     let found = match format.reader {
         Reader::Grid(read) => Found::Grid(read(&file, progress)?),
+        Reader::Vtk(read) => read(source, progress)?,
         Reader::Mesh(read) => Found::Mesh(read(source, progress)?),
         Reader::Structured(read) => Found::Mesh(read(&file, progress)?),
         Reader::Either(read) => read(&file, progress)?,
@@ -316,5 +331,5 @@ fn known() -> String {
 
 fn is_vtu(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
-    text.contains("<VTKFile") && text.contains("UnstructuredGrid")
+    text.contains("<VTKFile") && text.contains("\"UnstructuredGrid\"")
 }

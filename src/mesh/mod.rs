@@ -1,5 +1,5 @@
 //! The tet mesh: validated points, tets and arrays; the scalar field picked from them; neighbours, the boundary surface, and the
-//! tet at a point.
+//! tet at a point; how well its tets are shaped.
 
 pub mod adjacency;
 pub mod boundary;
@@ -11,6 +11,7 @@ pub mod generate;
 mod layered;
 mod locator;
 mod pick;
+pub mod quality;
 mod structured;
 mod tet_mesh;
 mod to_tets;
@@ -20,7 +21,7 @@ pub use boundary::BoundarySurface;
 pub use cell_type::{CellType, counts_in_words, thousands};
 pub use compact::CompactMesh;
 pub use field::{Association, Component, FieldError, FieldSelection, NotAComponent, ScalarField};
-pub use file_cells::{CellShape, FileCells};
+pub use file_cells::FileCells;
 pub use layered::{ArrayLayout, LayeredMesh, Precision, collect};
 pub use locator::{Locator, Place};
 pub use structured::{StructuredBlock, split_into_tets};

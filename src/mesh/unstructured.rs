@@ -82,8 +82,63 @@ pub struct UnstructuredGrid {
     pub active_scalars: Option<String>,
     /// The number in the file of each cell, from 0; empty if cells are numbered as they follow each other here.
     pub numbers: Vec<u32>,
+    /// Whether points at one place are one, since the file is of pieces that each have their own.
+    pub merges_points: bool,
     /// What of the file is not here, one sentence each, such as `array "name" is text and was left out`.
     pub notes: Vec<String>,
+}
+
+impl UnstructuredGrid {
+    /// Puts another grid behind this one. Arrays that one of them lacks are left out, which its notes say.
+    pub fn append(&mut self, other: UnstructuredGrid) -> Result<(), TooManyCellPoints> {
+        let UnstructuredGrid { points, cells, point_data, cell_data, active_scalars, numbers, merges_points, notes } = other;
+        let base = u32::try_from(self.points.len()).map_err(|_| TooManyCellPoints)?;
+        u32::try_from(self.points.len() + points.len()).map_err(|_| TooManyCellPoints)?;
+        if cells.is_empty() && points.is_empty() {
+            return Ok(());
+        }
+        if self.cells.is_empty() && self.points.is_empty() {
+            *self = UnstructuredGrid { points, cells, point_data, cell_data, active_scalars, numbers, merges_points, notes };
+            return Ok(());
+        }
+        if !(self.numbers.is_empty() && numbers.is_empty()) {
+            let own = self.cells.len() as u32;
+            if self.numbers.is_empty() {
+                self.numbers = (0..own).collect();
+            }
+            let first = self.numbers.last().map_or(0, |&last| last + 1);
+            let more = (0..cells.len()).map(|cell| numbers.get(cell).copied().unwrap_or(cell as u32));
+            self.numbers.extend(more.map(|number| first.saturating_add(number)));
+        }
+        let mut moved = Vec::new();
+        for (cell_type, nodes) in cells.iter() {
+            moved.clear();
+            if cell_type == CellType::POLYHEDRON {
+                // How many faces, then of each how many points and which.
+                let mut next_count = 1;
+                for (i, &word) in nodes.iter().enumerate() {
+                    let is_count = i == 0 || i == next_count;
+                    if i == next_count {
+                        next_count = i.saturating_add(1 + word as usize);
+                    }
+                    moved.push(if is_count { word } else { word.wrapping_add(base) });
+                }
+            } else {
+                moved.extend(nodes.iter().map(|node| node.wrapping_add(base)));
+            }
+            self.cells.push(cell_type, &moved)?;
+        }
+        let mut dropped = DataArray::append_all(&mut self.point_data, point_data);
+        dropped.extend(DataArray::append_all(&mut self.cell_data, cell_data));
+        self.points.extend(points);
+        self.notes.extend(notes);
+        self.notes.extend(dropped.iter().map(|name| format!("array \"{name}\" is not in all pieces and was left out")));
+        self.merges_points |= merges_points;
+        if self.active_scalars.is_none() {
+            self.active_scalars = active_scalars;
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]

@@ -1,12 +1,17 @@
 //! What readers of meshes share: words of a text, numbers of a binary file, files beside the one named, and how all of them say what is wrong.
 
+mod arrays;
 mod binary;
+mod tags;
 mod words;
 
+pub(super) use arrays::{real_numbers, whole_numbers};
 pub(super) use binary::{Binary, Plain};
+pub(super) use tags::Tags;
 pub(super) use words::{Words, real};
 
 use super::GridFile;
+use super::vtu::VtuError;
 use crate::mesh::{MeshError, TooManyCellPoints};
 use crate::progress::Cancelled;
 use std::borrow::Cow;
@@ -32,6 +37,9 @@ pub enum ParseError {
         /// What should.
         expected: String,
     },
+    /// One of VTK's files is not sound.
+    #[error("{0}")]
+    Vtk(#[from] VtuError),
     /// It is sound, but of a kind that octetra does not read.
     #[error("{0}")]
     Unsupported(String),
@@ -60,7 +68,7 @@ impl ParseError {
     /// The request to stop, if that is why.
     pub(super) fn cancelled(&self) -> Option<Cancelled> {
         match self {
-            ParseError::Cancelled(cancelled) => Some(*cancelled),
+            ParseError::Cancelled(cancelled) | ParseError::Vtk(VtuError::Cancelled(cancelled)) => Some(*cancelled),
             ParseError::Other { problem, .. } => problem.cancelled(),
             _ => None,
         }
