@@ -1,6 +1,6 @@
 """Makes bend.vtu and bend_coarse.vtu: laminar flow through a bent pipe, solved on tets.
 
-    . /usr/share/openfoam/etc/bashrc                      # Debian's package openfoam (1912)
+    apt-get install openfoam                              # Debian: version 1912
     WM_PROJECT_DIR=/usr/share/openfoam python meshes/bend.py OUT_FOLDER
 
 needs `pip install gmsh vtk numpy`. Lengths are pipe diameters: 1 straight up, a quarter turn of radius 2, 4 straight on. The flow comes in
