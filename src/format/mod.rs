@@ -2,6 +2,8 @@
 
 mod exodus;
 pub mod gmsh;
+mod ensight;
+mod gmsh;
 mod hdf;
 mod legacy_vtk;
 mod medit;
@@ -56,6 +58,7 @@ pub const FORMATS: &[Format] = &[
     Format { name: "NRRD", suffixes: &["nrrd", "nhdr"], recognizes: nrrd::recognizes, reader: Reader::Grid(nrrd::read) },
     Format { name: "PLOT3D", suffixes: plot3d::SUFFIXES, recognizes: |_| false, reader: Reader::Structured(plot3d::read) },
     Format { name: "OpenFOAM case", suffixes: openfoam::SUFFIXES, recognizes: |_| false, reader: Reader::Cells(openfoam::read) },
+    Format { name: "EnSight Gold", suffixes: ensight::SUFFIXES, recognizes: ensight::recognizes, reader: Reader::Cells(ensight::read) },
     Format { name: "MetaImage", suffixes: &["mhd", "mha"], recognizes: meta_image::recognizes, reader: Reader::Grid(meta_image::read) },
     Format { name: "STL", suffixes: &["stl"], recognizes: surface::stl::recognizes, reader: Reader::Cells(surface::stl::read) },
     Format { name: "PLY", suffixes: &["ply"], recognizes: surface::ply::recognizes, reader: Reader::Cells(surface::ply::read) },
