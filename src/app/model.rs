@@ -53,7 +53,7 @@ impl InTime {
             let siblings = source.file.as_deref().filter(|_| source.solution.is_none()).and_then(format::series::siblings);
             return Ok((siblings.map_or(InTime::Single, |(pattern, count)| InTime::Numbered(pattern, count)), source.clone()));
         };
-        let (step, count, [first, last]) = (source.step.unwrap_or(0), series.steps().len(), series.span());
+        let (step, count, [first, last]) = (source.step.unwrap_or(series.shown_first()), series.steps().len(), series.span());
         let Some(chosen) = series.steps().get(step) else {
             let path = source.file.as_ref().map_or(String::new(), |path| path.display().to_string());
             bail!("{path}: has {count} steps, times {first} to {last}; there is no step {step}");

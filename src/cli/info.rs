@@ -46,7 +46,7 @@ fn list(out: &mut impl Write, series: &Series) -> io::Result<()> {
     let (steps, [first, last]) = (series.steps(), series.span());
     writeln!(out, "steps         {}, times {first} .. {last}", steps.len())?;
     for (i, step) in steps.iter().enumerate() {
-        let missing = if step.path.is_file() { "" } else { "  (missing)" };
+        let missing = if step.exists() { "" } else { "  (missing)" };
         writeln!(out, "step {i:<8} {}  {}{missing}", step.time, step.path.display())?;
     }
     writeln!(out, "--time T or --time-step N say what a step holds")
@@ -69,6 +69,11 @@ fn describe(out: &mut impl Write, mesh: &TetMesh, shown: Option<&ScalarField>) -
             let mark = if shown.is_some_and(|f| f.name == array.name) { "  <- shown" } else { "" };
             writeln!(out, "{of:<5} array   {}  {}{mark}", array.name, ranges(array))?;
         }
+    }
+    // A metric is no array of the file.
+    let is_listed = |field: &&ScalarField| mesh.point_data().iter().chain(mesh.cell_data()).any(|array| array.name == field.name);
+    if let Some(field) = shown.filter(|field| !is_listed(field)) {
+        writeln!(out, "cell  array   {}  {} .. {}  <- shown", field.name, field.range[0], field.range[1])?;
     }
     Ok(())
 }

@@ -10,6 +10,7 @@ mod long_work;
 mod mode;
 mod mode_table;
 mod probe;
+mod quality;
 mod regularize;
 mod render;
 mod report;
@@ -61,6 +62,8 @@ enum Command {
     Compare(compare::CompareCommand),
     /// Say what the data and the octree hold at points or along a line
     Probe(probe::ProbeCommand),
+    /// Say how well the cells of a mesh are shaped: metrics, histograms, the worst cells
+    Quality(quality::QualityCommand),
     /// Find the thresholds to take: sweep them, measure error, size and time, recommend
     Tune(tune::TuneCommand),
     /// Measure build and frame times, with the paper's figures beside
@@ -81,6 +84,7 @@ impl Cli {
             Some(Command::Regularize(command)) => command.run(),
             Some(Command::Compare(command)) => command.run(),
             Some(Command::Probe(command)) => command.run(),
+            Some(Command::Quality(command)) => command.run(),
             Some(Command::Tune(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
             Some(Command::Colormap(command)) => command.run(),

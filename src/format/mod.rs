@@ -1,8 +1,12 @@
 //! Files to meshes and volumes: one file a format, one registry line each.
 
+mod gmsh;
+mod exodus;
+mod hdf;
 mod legacy_vtk;
 mod meta_image;
 pub mod nrrd;
+mod openfoam;
 mod parse;
 mod plot3d;
 mod raw;
@@ -40,9 +44,13 @@ pub const FORMATS: &[Format] = &[
     Format { name: "VTK XML image data", suffixes: &["vti"], recognizes: vti::recognizes, reader: Reader::Grid(vti::read) },
     Format { name: "VTK XML structured grid", suffixes: &["vts"], recognizes: vtu::structured::recognizes_structured, reader: Reader::Mesh(vtu::structured::read_structured) },
     Format { name: "VTK XML rectilinear grid", suffixes: &["vtr"], recognizes: vtu::structured::recognizes_rectilinear, reader: Reader::Mesh(vtu::structured::read_rectilinear) },
-    Format { name: "VTK legacy structured points, structured or rectilinear grid", suffixes: &["vtk"], recognizes: legacy_vtk::recognizes, reader: Reader::Either(legacy_vtk::read) },
+    Format { name: "VTK legacy", suffixes: &["vtk"], recognizes: legacy_vtk::recognizes, reader: Reader::Either(legacy_vtk::read) },
+    Format { name: "Gmsh mesh", suffixes: &["msh"], recognizes: gmsh::recognizes, reader: Reader::Cells(gmsh::read) },
+    Format { name: "Exodus II", suffixes: exodus::SUFFIXES, recognizes: exodus::recognizes, reader: Reader::Cells(exodus::read) },
+    Format { name: "VTKHDF", suffixes: &["vtkhdf", "hdf"], recognizes: hdf::recognizes, reader: Reader::Cells(hdf::read) },
     Format { name: "NRRD", suffixes: &["nrrd", "nhdr"], recognizes: nrrd::recognizes, reader: Reader::Grid(nrrd::read) },
     Format { name: "PLOT3D", suffixes: plot3d::SUFFIXES, recognizes: |_| false, reader: Reader::Structured(plot3d::read) },
+    Format { name: "OpenFOAM case", suffixes: openfoam::SUFFIXES, recognizes: |_| false, reader: Reader::Cells(openfoam::read) },
     Format { name: "MetaImage", suffixes: &["mhd", "mha"], recognizes: meta_image::recognizes, reader: Reader::Grid(meta_image::read) },
     Format { name: "STL", suffixes: &["stl"], recognizes: surface::stl::recognizes, reader: Reader::Cells(surface::stl::read) },
     Format { name: "PLY", suffixes: &["ply"], recognizes: surface::ply::recognizes, reader: Reader::Cells(surface::ply::read) },
@@ -205,14 +213,12 @@ pub enum FormatError {
 /// piece: the peak of memory is what it holds and a few MiB, or the largest compressed block. A volume may have its numbers in another
 /// file, which must lie beside the first or in a folder below.
 pub fn read(path: &Path, options: &ReadOptions, progress: &Progress) -> Result<Data, FormatError> {
-    let found = open(path).and_then(|(file, len)| read_source(&Source::File(&file, len), path, options, progress));
-    found.map_err(|problem| named(path, problem))
+    opened(path, |source| read_source(source, path, options, progress))
 }
 
 /// Reads a file as [`read`] does, and leaves its cells as they are.
 pub fn read_contents(path: &Path, options: &ReadOptions, progress: &Progress) -> Result<Contents, FormatError> {
-    let found = open(path).and_then(|(file, len)| contents(&Source::File(&file, len), path, options, progress));
-    found.map_err(|problem| named(path, problem))
+    opened(path, |source| contents(source, path, options, progress))
 }
 
 /// Reads a mesh, as [`read`] does with default options; a volume is refused.
@@ -222,8 +228,7 @@ pub fn read_mesh(path: &Path, progress: &Progress) -> Result<TetMesh, FormatErro
 
 /// Reads a mesh, as [`read`] does; a volume is refused before its numbers are read.
 pub fn read_mesh_with(path: &Path, options: &ReadOptions, progress: &Progress) -> Result<TetMesh, FormatError> {
-    let found = open(path).and_then(|(file, len)| read_mesh_source(&Source::File(&file, len), path, options, progress));
-    found.map_err(|problem| named(path, problem))
+    opened(path, |source| read_mesh_source(source, path, options, progress))
 }
 
 /// Reads a mesh from a file that is in memory. `name` stands for its path: its suffix tells the format if its content does not, and
@@ -231,6 +236,15 @@ pub fn read_mesh_with(path: &Path, options: &ReadOptions, progress: &Progress) -
 pub fn read_embedded(name: &str, bytes: &[u8], progress: &Progress) -> Result<TetMesh, FormatError> {
     let path = Path::new(name);
     read_mesh_source(&Source::Bytes(bytes), path, &ReadOptions::default(), progress).map_err(|problem| named(path, problem))
+}
+
+/// Reads what lies at a path. A folder that is read as one file has no bytes of its own.
+fn opened<T>(path: &Path, read: impl FnOnce(&Source<'_>) -> Result<T, Problem>) -> Result<T, FormatError> {
+    let found = match openfoam::is_folder(path) {
+        true => read(&Source::Bytes(&[])),
+        false => open(path).and_then(|(file, len)| read(&Source::File(&file, len))),
+    };
+    found.map_err(|problem| named(path, problem))
 }
 
 fn open(path: &Path) -> Result<(File, u64), Problem> {
@@ -299,7 +313,10 @@ fn check_solution(format: &Format, options: &ReadOptions) -> Result<(), Problem>
 
 fn format_of(source: &Source<'_>, path: &Path) -> Result<&'static Format, Problem> {
     let start = source.read(0, source.len().min(SNIFFED) as usize)?;
-    let suffix = path.extension().map(|suffix| suffix.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let suffix = match openfoam::is_folder(path) {
+        true => openfoam::SUFFIXES[0].to_owned(),
+        false => path.extension().map(|suffix| suffix.to_string_lossy().to_lowercase()).unwrap_or_default(),
+    };
     let by_content = || FORMATS.iter().find(|format| (format.recognizes)(&start));
     let by_suffix = || FORMATS.iter().find(|format| format.suffixes.contains(&suffix.as_str()));
     by_content().or_else(by_suffix).ok_or(Problem::Unknown)

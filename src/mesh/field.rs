@@ -1,5 +1,6 @@
 //! One scalar field over a mesh: an array, or a component or the magnitude of a vector array.
 
+use super::quality::{self, UnknownMetric};
 use super::{DataArray, TetMesh};
 use crate::geometry;
 use std::fmt;
@@ -77,6 +78,9 @@ pub enum FieldError {
         /// The names there are, as text.
         available: String,
     },
+    /// No metric of this name.
+    #[error(transparent)]
+    Metric(UnknownMetric),
     /// The array has fewer components.
     #[error("array \"{name}\" has {components} components, there is no component {index}")]
     Component {
@@ -123,8 +127,27 @@ pub struct ScalarField {
 impl ScalarField {
     /// Takes a field from a mesh's arrays.
     pub fn select(mesh: &TetMesh, selection: &FieldSelection) -> Result<Self, FieldError> {
-        let (association, array) = find(mesh, selection.name.as_deref())?;
-        let values: Vec<f64> = match selection.component {
+        let found = find(mesh, selection.name.as_deref());
+        // An array of the file goes before a metric of the same name.
+        let metric = selection.name.as_deref().filter(|_| found.is_err()).and_then(|name| quality::field(mesh, name));
+        let field = match metric {
+            Some(metric) => metric?,
+            None => Self::of_array(found?, selection.component)?,
+        };
+        let all_missing =
+            || FieldError::AllMissing { name: field.name.clone(), tets: mesh.tets().len(), zero_volume: mesh.zero_volume_count() };
+        if field.range[0] > field.range[1] || !(0..mesh.tets().len()).any(|t| field.is_usable(mesh, t)) {
+            return Err(all_missing());
+        }
+        if field.range.iter().any(|v| v.abs() > 1e300) {
+            return Err(FieldError::TooLarge { name: field.name, range: field.range });
+        }
+        Ok(field)
+    }
+
+    /// A component of an array, or its length.
+    fn of_array((association, array): (Association, &DataArray), component: Component) -> Result<Self, FieldError> {
+        let values: Vec<f64> = match component {
             _ if array.components == 1 => (0..array.values.len()).map(|i| array.values.get(i)).collect(),
             Component::Magnitude => {
                 let component = |t: usize, c: usize| array.values.get(t * array.components + c);
@@ -137,16 +160,7 @@ impl ScalarField {
                 return Err(FieldError::Component { name: array.name.clone(), components: array.components, index });
             }
         };
-        let field = Self::new(array.name.clone(), association, values);
-        let all_missing =
-            || FieldError::AllMissing { name: field.name.clone(), tets: mesh.tets().len(), zero_volume: mesh.zero_volume_count() };
-        if field.range[0] > field.range[1] || !(0..mesh.tets().len()).any(|t| field.is_usable(mesh, t)) {
-            return Err(all_missing());
-        }
-        if field.range.iter().any(|v| v.abs() > 1e300) {
-            return Err(FieldError::TooLarge { name: field.name, range: field.range });
-        }
-        Ok(field)
+        Ok(Self::new(array.name.clone(), association, values))
     }
 
     /// A field from numbers of one's own, one a point or tet. Infinite values become NaN. With no finite value the range is `[inf, -inf]`.

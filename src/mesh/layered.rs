@@ -117,7 +117,7 @@ fn to_f64(values: Values) -> Vec<f64> {
 }
 
 /// Points, and tets, per layer of a mesh that lies in memory.
-const CHUNK: usize = 1 << 16;
+pub(super) const CHUNK: usize = 1 << 16;
 
 /// The part of `items` that belongs to a layer, `stride` items a point or tet.
 fn chunk<T>(items: &[T], layer: usize, stride: usize) -> &[T] {

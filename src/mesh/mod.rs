@@ -1,5 +1,5 @@
 //! The tet mesh: validated points, tets and arrays; the scalar field picked from them; neighbours, the boundary surface, and the
-//! tet at a point.
+//! tet at a point; how well its tets are shaped.
 
 pub mod adjacency;
 pub mod boundary;
@@ -11,6 +11,7 @@ pub mod generate;
 mod layered;
 mod locator;
 mod pick;
+pub mod quality;
 mod structured;
 mod tet_mesh;
 mod to_tets;

@@ -200,6 +200,8 @@ pub struct TetMesh {
     zero_volume: Vec<bool>,
     zero_volume_count: usize,
     inverted_count: usize,
+    /// Which tets were reoriented; nothing where none was.
+    inverted: Vec<bool>,
     point_data: Vec<DataArray>,
     cell_data: Vec<DataArray>,
     active_scalars: Option<String>,
@@ -260,9 +262,12 @@ impl TetMesh {
             })
             .collect();
         let zero_volume: Vec<bool> = inverted_and_flat.iter().map(|&(_, flat)| flat).collect();
+        let inverted_count = inverted_and_flat.iter().filter(|&&(inverted, _)| inverted).count();
+        let listed = if inverted_count > 0 { &inverted_and_flat[..] } else { &[] };
         Ok(TetMesh {
+            inverted: listed.iter().map(|&(inverted, _)| inverted).collect(),
             zero_volume_count: zero_volume.iter().filter(|&&flat| flat).count(),
-            inverted_count: inverted_and_flat.iter().filter(|&&(inverted, _)| inverted).count(),
+            inverted_count,
             bounds: world.translated(-center),
             points,
             center,
@@ -328,6 +333,12 @@ impl TetMesh {
         self.inverted_count
     }
 
+    /// Whether a tet was listed in mirror order: its third and fourth corner are the file's fourth and third.
+    #[inline]
+    pub fn is_inverted(&self, tet: usize) -> bool {
+        self.inverted.get(tet).is_some_and(|&inverted| inverted)
+    }
+
     /// Arrays over points.
     pub fn point_data(&self) -> &[DataArray] {
         &self.point_data
@@ -360,6 +371,7 @@ impl TetMesh {
         size_of_val(&self.points[..])
             + size_of_val(&self.tets[..])
             + self.zero_volume.len()
+            + self.inverted.len()
             + size_of_val(&self.file_cells.numbers[..])
             + self.file_cells.types.len()
             + array_bytes
@@ -415,7 +427,7 @@ mod tests {
         let mut parts = unit();
         parts.tets.push([0, 2, 1, 3]);
         let mesh = TetMesh::new(parts).expect("valid");
-        assert_eq!(mesh.inverted_count(), 1);
+        assert_eq!((mesh.inverted_count(), [0, 1].map(|tet| mesh.is_inverted(tet))), (1, [false, true]));
         assert!((0..2).all(|t| geometry::signed_volume(&mesh.corners(t)) > 0.0));
     }
 

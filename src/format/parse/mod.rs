@@ -1,9 +1,13 @@
 //! What readers of meshes share: words of a text, numbers of a binary file, files beside the one named, and how all of them say what is wrong.
 
+mod arrays;
 mod binary;
+mod tags;
 mod words;
 
+pub(super) use arrays::{real_numbers, whole_numbers};
 pub(super) use binary::{Binary, Plain};
+pub(super) use tags::Tags;
 pub(super) use words::{Words, real};
 
 use super::GridFile;

@@ -1,0 +1,363 @@
+//! What the metrics are of one tet, in a form without branches, so that loops over tets become vector instructions.
+//!
+//! With vertices 0 to 3, edges `L`, `J` the determinant of the edges at vertex 0 (six volumes), `n` the normals of the faces, two areas
+//! long, outward in a positive tet, and `a` their lengths, the inradius is `J / sum a`; the map `M` from the regular tet has
+//! `|M|^2 = sum L^2 / 2`, `|M^-1|^2 = sum a^2 / (2 J^2)`, `det M = sqrt 2 J`; the dihedral angle at an edge of length `L` between faces i
+//! and j has `cos = - ni . nj / (ai aj)`, `sin = |J| L / (ai aj)`.
+
+/// A vector.
+pub type Vector = [f64; 3];
+
+#[inline(always)]
+fn minus(a: Vector, b: Vector) -> Vector {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn cross(a: Vector, b: Vector) -> Vector {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// The larger; `b` if one is NaN.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller; `b` if one is NaN.
+#[inline(always)]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn largest<const N: usize>(values: [f64; N]) -> f64 {
+    let mut found = values[0];
+    let mut i = 1;
+    while i < N {
+        found = larger(values[i], found);
+        i += 1;
+    }
+    found
+}
+
+#[inline(always)]
+fn smallest<const N: usize>(values: [f64; N]) -> f64 {
+    let mut found = values[0];
+    let mut i = 1;
+    while i < N {
+        found = smaller(values[i], found);
+        i += 1;
+    }
+    found
+}
+
+/// The cube root of a number that is not negative, to a few units in the last place; 0 below 1e-300.
+#[inline(always)]
+pub fn cube_root(x: f64) -> f64 {
+    // A third of the exponent's and mantissa's high bits, right to 3 %; each step cubes the error.
+    let high = ((x.to_bits() >> 32) * 0x5555_5556) >> 32;
+    let mut root = f64::from_bits((high + 715_094_163) << 32);
+    let mut step = 0;
+    while step < 3 {
+        let cube = root * root * root;
+        root *= (cube + 2.0 * x) / (2.0 * cube + x);
+        step += 1;
+    }
+    if x > 1e-300 { root } else { 0.0 }
+}
+
+/// The edges by the vertices at their ends.
+const ENDS: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]];
+
+/// The faces at each edge, by the vertices opposite to them.
+const FACES_AT: [[usize; 2]; 6] = [[2, 3], [0, 3], [1, 3], [1, 2], [0, 2], [0, 1]];
+
+/// A tet and what its metrics are made of. What a metric does not need is not computed, since all of it is inlined.
+pub struct Tet {
+    /// Along [`ENDS`].
+    edges: [Vector; 6],
+    /// Their lengths squared.
+    lengths2: [f64; 6],
+    /// By the vertex opposite.
+    normals: [Vector; 4],
+    /// Their lengths squared.
+    areas2: [f64; 4],
+    /// Six volumes.
+    pub jacobian: f64,
+}
+
+impl Tet {
+    #[inline(always)]
+    pub fn new(p: [Vector; 4]) -> Self {
+        let edge = |i: usize| minus(p[ENDS[i][1]], p[ENDS[i][0]]);
+        let edges = [edge(0), edge(1), edge(2), edge(3), edge(4), edge(5)];
+        let [e01, e12, e02, e03, e13, _] = edges;
+        let normals = [cross(e12, e13), cross(e03, e02), cross(e01, e03), cross(e02, e01)];
+        let square = |v: Vector| dot(v, v);
+        Tet {
+            edges,
+            lengths2: [square(edges[0]), square(edges[1]), square(edges[2]), square(edges[3]), square(edges[4]), square(edges[5])],
+            normals,
+            areas2: [square(normals[0]), square(normals[1]), square(normals[2]), square(normals[3])],
+            jacobian: -dot(normals[3], e03),
+        }
+    }
+
+    #[inline(always)]
+    fn sum_lengths2(&self) -> f64 {
+        let l = self.lengths2;
+        (l[0] + l[1]) + (l[2] + l[3]) + (l[4] + l[5])
+    }
+
+    #[inline(always)]
+    fn areas(&self) -> [f64; 4] {
+        let a = self.areas2;
+        [a[0].sqrt(), a[1].sqrt(), a[2].sqrt(), a[3].sqrt()]
+    }
+
+    #[inline(always)]
+    fn sum_areas(&self) -> f64 {
+        let a = self.areas();
+        (a[0] + a[1]) + (a[2] + a[3])
+    }
+
+    /// 2 |J| times the vector from vertex 0 to the centre of the circumsphere: its length.
+    #[inline(always)]
+    fn circumradius_by_jacobian(&self) -> f64 {
+        let (l, n) = (self.lengths2, self.normals);
+        let component = |k: usize| l[0] * n[1][k] + l[2] * n[2][k] + l[3] * n[3][k];
+        let v = [component(0), component(1), component(2)];
+        dot(v, v).sqrt()
+    }
+
+    #[inline(always)]
+    pub fn edge_ratio(&self) -> f64 {
+        (largest(self.lengths2) / smallest(self.lengths2)).sqrt()
+    }
+
+    #[inline(always)]
+    pub fn aspect_ratio(&self) -> f64 {
+        const BY_REGULAR: f64 = 0.204_124_145_231_931_5; // 1 / (2 sqrt 6)
+        BY_REGULAR * largest(self.lengths2).sqrt() * self.sum_areas() / self.jacobian.abs()
+    }
+
+    #[inline(always)]
+    pub fn radius_ratio(&self) -> f64 {
+        self.circumradius_by_jacobian() * self.sum_areas() / (6.0 * self.jacobian * self.jacobian)
+    }
+
+    #[inline(always)]
+    pub fn aspect_gamma(&self) -> f64 {
+        1.0 / self.mean_ratio().abs()
+    }
+
+    /// The cube of the root mean square of the edges is what this divides by.
+    #[inline(always)]
+    pub fn mean_ratio(&self) -> f64 {
+        let mean = self.sum_lengths2() / 6.0;
+        std::f64::consts::SQRT_2 * self.jacobian / (mean * mean.sqrt())
+    }
+
+    #[inline(always)]
+    pub fn aspect_frobenius(&self) -> f64 {
+        let root = cube_root(std::f64::consts::SQRT_2 * self.jacobian.abs());
+        self.sum_lengths2() / (6.0 * root * root)
+    }
+
+    #[inline(always)]
+    pub fn shape(&self) -> f64 {
+        let root = cube_root(std::f64::consts::SQRT_2 * self.jacobian.abs());
+        let shape = 6.0 * root * root / self.sum_lengths2();
+        if self.jacobian > 0.0 { shape } else { 0.0 }
+    }
+
+    #[inline(always)]
+    pub fn amips(&self) -> f64 {
+        if self.jacobian > 0.0 { 3.0 * self.aspect_frobenius() } else { f64::INFINITY }
+    }
+
+    #[inline(always)]
+    pub fn condition(&self) -> f64 {
+        let a = self.areas2;
+        (self.sum_lengths2() * ((a[0] + a[1]) + (a[2] + a[3]))).sqrt() / (6.0 * self.jacobian)
+    }
+
+    /// `vtk`: the edges 12 and 13 stand for each other in the faces opposite vertices 3 and 2.
+    #[inline(always)]
+    pub fn collapse_ratio(&self, vtk: bool) -> f64 {
+        let l = self.lengths2;
+        let [l1, l4] = if vtk { [l[4], l[1]] } else { [l[1], l[4]] };
+        let base = |face: usize, edges: [f64; 3]| (self.areas2[face] * largest(edges)).sqrt();
+        // The largest makes the smallest ratio; of an inverted tet the smallest makes the one that is furthest below 0.
+        let bases = [base(0, [l[1], l[4], l[5]]), base(1, [l[2], l[3], l[5]]), base(2, [l[0], l[3], l4]), base(3, [l[0], l1, l[2]])];
+        let base = if self.jacobian < 0.0 { smallest(bases) } else { largest(bases) };
+        self.jacobian / base
+    }
+
+    #[inline(always)]
+    pub fn scaled_jacobian(&self) -> f64 {
+        let l = self.lengths2;
+        let products = [l[0] * l[2] * l[3], l[0] * l[1] * l[4], l[1] * l[2] * l[5], l[3] * l[4] * l[5]];
+        let most = larger(largest(products).sqrt(), self.jacobian.abs());
+        std::f64::consts::SQRT_2 * self.jacobian / most
+    }
+
+    #[inline(always)]
+    pub fn relative_size_squared(&self, mean_jacobian: f64) -> f64 {
+        let ratio = self.jacobian / mean_jacobian;
+        let least = smaller(ratio, 1.0 / ratio);
+        if self.jacobian > 0.0 && mean_jacobian > 0.0 { least * least } else { 0.0 }
+    }
+
+    #[inline(always)]
+    pub fn equivolume_skew(&self) -> f64 {
+        // V / V0 = sqrt 2 J (3/8)^1.5 / R^3, and R = circumradius_by_jacobian / (2 J).
+        let by_radius = 2.0 * self.jacobian / self.circumradius_by_jacobian();
+        let by_volume = std::f64::consts::SQRT_2 * (0.375 * self.jacobian) * 0.612_372_435_695_794_5; // sqrt(3/8)
+        1.0 - by_volume * by_radius * by_radius * by_radius
+    }
+
+    #[inline(always)]
+    pub fn squish_index(&self) -> f64 {
+        // From a vertex to the centre of the other three: the direction from the tet's centre to the centre of the face opposite it.
+        let e = self.edges;
+        let toward = |i: usize| {
+            let sum = |k: usize| match i {
+                0 => e[0][k] + e[2][k] + e[3][k],
+                1 => e[1][k] - e[0][k] + e[4][k],
+                2 => e[5][k] - e[1][k] - e[2][k],
+                _ => -(e[3][k] + e[4][k] + e[5][k]),
+            };
+            let v = [sum(0), sum(1), sum(2)];
+            dot(v, v)
+        };
+        // Its product with the normal is 3 J for each face.
+        let cosine = |i: usize| 3.0 * self.jacobian / (self.areas2[i] * toward(i)).sqrt();
+        1.0 - smallest([cosine(0), cosine(1), cosine(2), cosine(3)])
+    }
+
+    #[inline(always)]
+    pub fn inradius(&self) -> f64 {
+        self.jacobian / self.sum_areas()
+    }
+
+    /// The corner parts have half the tet's inradius. The inner ones are the eighths of the octahedron between the middles of the edges: each
+    /// a sixteenth of the volume, over a quarter of a face, with three sides that all of them share in parallels.
+    #[inline(always)]
+    pub fn normalized_inradius(&self) -> f64 {
+        let e = self.edges;
+        let sums = |f: fn(f64, f64) -> f64, a: usize, b: usize| [f(e[a][0], e[b][0]), f(e[a][1], e[b][1]), f(e[a][2], e[b][2])];
+        // Four times the way from the centre to the middles of edges 01, 02, 03: p0 + p1 - p2 - p3 and so on.
+        let u = sums(|a, b| -a - b, 2, 4);
+        let v = sums(|a, b| -a - b, 0, 5);
+        let w = sums(|a, b| b - a, 0, 5);
+        let area = |a: Vector, b: Vector| {
+            let n = cross(a, b);
+            dot(n, n).sqrt()
+        };
+        let sides = area(u, v) + area(u, w) + area(v, w);
+        const INNER: f64 = 8.196_152_422_706_632; // 3 (1 + sqrt 3)
+        let inner = INNER / (4.0 * largest(self.areas2).sqrt() + sides);
+        let corner = 3.0 / self.sum_areas();
+        2.0 * self.jacobian * self.jacobian.abs() * smaller(corner, inner) / self.circumradius_by_jacobian()
+    }
+
+    /// Sine and cosine of the smallest dihedral angle. `vtk`: the angles at edges 02 and 13 are taken from 180 degrees.
+    #[inline(always)]
+    pub fn min_dihedral(&self, vtk: bool) -> [f64; 2] {
+        self.dihedral(|cosine, best| cosine > best, vtk, -2.0)
+    }
+
+    /// Sine and cosine of the largest dihedral angle.
+    #[inline(always)]
+    pub fn max_dihedral(&self) -> [f64; 2] {
+        self.dihedral(|cosine, best| cosine < best, false, 2.0)
+    }
+
+    #[inline(always)]
+    fn dihedral(&self, is_better: impl Fn(f64, f64) -> bool, vtk: bool, first: f64) -> [f64; 2] {
+        let a = self.areas();
+        let inverse = [1.0 / a[0], 1.0 / a[1], 1.0 / a[2], 1.0 / a[3]];
+        let (mut best, mut length2, mut scale) = (first, 0.0, 0.0);
+        let mut edge = 0;
+        while edge < 6 {
+            let [i, j] = FACES_AT[edge];
+            let by = inverse[i] * inverse[j];
+            let cosine = -dot(self.normals[i], self.normals[j]) * by;
+            let cosine = if vtk && (edge == 2 || edge == 4) { -cosine } else { cosine };
+            let better = is_better(cosine, best);
+            best = if better { cosine } else { best };
+            length2 = if better { self.lengths2[edge] } else { length2 };
+            scale = if better { by } else { scale };
+            edge += 1;
+        }
+        // A face without an area has no angles.
+        let least = smallest(self.areas2);
+        let sine = self.jacobian.abs() * length2.sqrt() * scale;
+        [if least > 0.0 { sine } else { f64::NAN }, best]
+    }
+
+    /// Sine and cosine of the smallest angle of a face, then of the largest.
+    #[inline(always)]
+    pub fn face_angles(&self) -> [f64; 4] {
+        let (e, l, a) = (self.edges, self.lengths2, self.areas());
+        let inverse = [1.0 / l[0].sqrt(), 1.0 / l[1].sqrt(), 1.0 / l[2].sqrt(), 1.0 / l[3].sqrt(), 1.0 / l[4].sqrt(), 1.0 / l[5].sqrt()];
+        // Two edges of a face, and whether both leave the vertex where they meet, or both reach it.
+        const ANGLES: [(usize, usize, usize, bool); 12] = [
+            (0, 1, 4, true),
+            (0, 1, 5, false),
+            (0, 4, 5, true),
+            (1, 2, 3, true),
+            (1, 2, 5, false),
+            (1, 3, 5, true),
+            (2, 0, 3, true),
+            (2, 0, 4, false),
+            (2, 3, 4, true),
+            (3, 0, 1, false),
+            (3, 0, 2, true),
+            (3, 1, 2, true),
+        ];
+        let (mut most, mut of_most, mut least, mut of_least) = (-2.0, 0.0, 2.0, 0.0);
+        let mut k = 0;
+        while k < 12 {
+            let (face, i, j, same) = ANGLES[k];
+            let by = inverse[i] * inverse[j];
+            let cosine = if same { dot(e[i], e[j]) * by } else { -dot(e[i], e[j]) * by };
+            let sine = a[face] * by;
+            let (is_most, is_least) = (cosine > most, cosine < least);
+            most = if is_most { cosine } else { most };
+            of_most = if is_most { sine } else { of_most };
+            least = if is_least { cosine } else { least };
+            of_least = if is_least { sine } else { of_least };
+            k += 1;
+        }
+        [of_most, most, of_least, least]
+    }
+
+    /// Sine and cosine (with a common factor) of half the smallest solid angle: `tan = |J| / (abc + (a.b) c + ..)` at each vertex.
+    #[inline(always)]
+    pub fn half_solid_angle(&self) -> [f64; 2] {
+        let (e, l) = (self.edges, self.lengths2);
+        let length = [l[0].sqrt(), l[1].sqrt(), l[2].sqrt(), l[3].sqrt(), l[4].sqrt(), l[5].sqrt()];
+        // The signs turn an edge to leave the vertex.
+        let at = |[i, j, k]: [usize; 3], [si, sj, sk]: [f64; 3]| {
+            length[i] * length[j] * length[k]
+                + si * sj * dot(e[i], e[j]) * length[k]
+                + sj * sk * dot(e[j], e[k]) * length[i]
+                + sk * si * dot(e[k], e[i]) * length[j]
+        };
+        let most = largest([
+            at([0, 2, 3], [1.0, 1.0, 1.0]),
+            at([0, 1, 4], [-1.0, 1.0, 1.0]),
+            at([1, 2, 5], [-1.0, -1.0, 1.0]),
+            at([3, 4, 5], [-1.0, -1.0, -1.0]),
+        ]);
+        [self.jacobian.abs(), most]
+    }
+}

@@ -1,0 +1,247 @@
+//! The values of a metric over a mesh.
+
+use super::formulas::{Tet, Vector};
+use super::metric::{Metric, REGULAR_DEGREES};
+use crate::mesh::TetMesh;
+use crate::progress::{Cancelled, Progress};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Whose rules hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Rule {
+    /// The definitions.
+    #[default]
+    Definition,
+    /// VTK's, its faults included (see [`Metric::vtk_differs`]), and tets that are nearly flat are taken as they are.
+    Vtk,
+}
+
+/// Tets of which a metric is taken at a time, as many as keep vector units busy and stay in the first cache.
+const BLOCK: usize = 64;
+
+/// Tets of a piece of parallel work.
+const CHUNK: usize = 1 << 14;
+
+/// A metric of each tet, in the orientation that the file gives it. Lengths are in units of the mesh, angles in degrees, the solid angle in
+/// steradians. Where the definition divides by 0 the value is infinite or NaN; a tet that counts as without volume
+/// ([`TetMesh::is_zero_volume`]) is given an infinite value of those that divide by the volume.
+pub fn values(mesh: &TetMesh, metric: Metric, rule: Rule, progress: &Progress) -> Result<Vec<f64>, Cancelled> {
+    let task = Task { mesh, scale: scale(mesh), metric, rule, mean_jacobian: 0.0 };
+    let mut values = vec![0.0; mesh.tets().len()];
+    let mut mean_jacobian = 0.0;
+    if matches!(metric, Metric::RelativeSizeSquared | Metric::ShapeAndSize) {
+        Task { metric: Metric::Jacobian, ..task }.fill(&mut values, progress)?;
+        // Through fixed pieces, so that the sum is the same for any number of threads.
+        let sums: Vec<f64> = values.par_chunks(CHUNK).map(|chunk| chunk.iter().sum()).collect();
+        mean_jacobian = sums.iter().sum::<f64>() / values.len() as f64;
+    }
+    Task { mean_jacobian, ..task }.fill(&mut values, progress)?;
+    // A power of two: nothing is rounded, and what is too large or small for an f64 becomes so once.
+    let dimension = match metric {
+        Metric::Inradius => 1,
+        Metric::Jacobian | Metric::Volume => 3,
+        _ => 0,
+    };
+    if dimension > 0 && task.scale != 1.0 {
+        values.par_iter_mut().with_min_len(CHUNK).for_each(|value| (0..dimension).for_each(|_| *value /= task.scale));
+    }
+    if rule == Rule::Definition && metric.divides_by_volume() && mesh.zero_volume_count() > 0 {
+        let flat = (0..values.len()).filter(|&tet| mesh.is_zero_volume(tet));
+        flat.for_each(|tet| values[tet] = f64::INFINITY);
+    }
+    Ok(values)
+}
+
+/// A metric of one tet by itself, as [`values`] gives it; [`Metric::RelativeSizeSquared`] then is that of a mesh of this tet.
+pub fn of_tet(corners: [DVec3; 4], metric: Metric, rule: Rule) -> f64 {
+    let p = corners.map(|p| p.to_array());
+    let mut out = [0.0; BLOCK];
+    Block::new(|_| p, 1).judge(metric, rule, Tet::new(p).jacobian, &mut out);
+    out[0]
+}
+
+/// A power of two that brings the mesh to a size of about 1, so that no product of its lengths is too large or small for an f64.
+fn scale(mesh: &TetMesh) -> f64 {
+    let size = mesh.bounds().size().max_element();
+    if !(size > 0.0 && size.is_finite()) {
+        return 1.0;
+    }
+    let exponent = size.log2().floor().clamp(-1000.0, 1000.0) as i32;
+    2f64.powi(-exponent)
+}
+
+/// What is to be known of the tets of a mesh.
+#[derive(Clone, Copy)]
+struct Task<'a> {
+    mesh: &'a TetMesh,
+    scale: f64,
+    metric: Metric,
+    rule: Rule,
+    /// Of the scaled mesh.
+    mean_jacobian: f64,
+}
+
+impl Task<'_> {
+    /// The values of the scaled mesh.
+    fn fill(self, values: &mut [f64], progress: &Progress) -> Result<(), Cancelled> {
+        progress.begin("judging tets", values.len() as u64);
+        values.par_chunks_mut(CHUNK).enumerate().try_for_each(|(i, out)| {
+            progress.check()?;
+            progress.add(out.len() as u64);
+            pulp::Arch::new().dispatch(Kernel { task: self, first: i * CHUNK, out });
+            Ok(())
+        })
+    }
+}
+
+/// Some tets that follow each other, compiled for the widest vectors that the processor may have.
+struct Kernel<'a> {
+    task: Task<'a>,
+    first: usize,
+    out: &'a mut [f64],
+}
+
+impl pulp::WithSimd for Kernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Task { mesh, scale, metric, rule, mean_jacobian } = self.task;
+        let (tets, points, turns) = (mesh.tets(), mesh.points(), mesh.inverted_count() > 0);
+        for (i, out) in self.out.chunks_mut(BLOCK).enumerate() {
+            let first = self.first + i * BLOCK;
+            let corners = |k: usize| {
+                let tet = first + k;
+                let [a, b, mut c, mut d] = tets[tet];
+                if turns && mesh.is_inverted(tet) {
+                    (c, d) = (d, c);
+                }
+                let point = |i: u32| {
+                    let p = points[i as usize];
+                    [p.x * scale, p.y * scale, p.z * scale]
+                };
+                [point(a), point(b), point(c), point(d)]
+            };
+            let block = Block::new(corners, out.len());
+            match out.try_into() {
+                Ok(out) => block.judge(metric, rule, mean_jacobian, out),
+                Err(_) => {
+                    let mut all = [0.0; BLOCK];
+                    block.judge(metric, rule, mean_jacobian, &mut all);
+                    out.copy_from_slice(&all[..out.len()]);
+                }
+            }
+        }
+    }
+}
+
+/// Corners of tets: `coordinates[3 * corner + axis][tet]`.
+struct Block {
+    coordinates: [[f64; BLOCK]; 12],
+}
+
+impl Block {
+    /// The first `count` tets, at least 1; the rest are as the first.
+    #[inline(always)]
+    fn new(corners: impl Fn(usize) -> [Vector; 4], count: usize) -> Self {
+        let mut coordinates = [[0.0; BLOCK]; 12];
+        for i in 0..BLOCK {
+            let p = corners(if i < count { i } else { 0 });
+            for corner in 0..4 {
+                for axis in 0..3 {
+                    coordinates[3 * corner + axis][i] = p[corner][axis];
+                }
+            }
+        }
+        Block { coordinates }
+    }
+
+    #[inline(always)]
+    fn each<const N: usize>(&self, f: impl Fn(Tet) -> [f64; N]) -> [[f64; BLOCK]; N] {
+        let c = &self.coordinates;
+        let mut out = [[0.0; BLOCK]; N];
+        for i in 0..BLOCK {
+            let corner = |k: usize| [c[3 * k][i], c[3 * k + 1][i], c[3 * k + 2][i]];
+            let found = f(Tet::new([corner(0), corner(1), corner(2), corner(3)]));
+            for n in 0..N {
+                out[n][i] = found[n];
+            }
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn one(&self, out: &mut [f64; BLOCK], f: impl Fn(Tet) -> f64) {
+        let [found] = self.each(
+            #[inline(always)]
+            |tet| [f(tet)],
+        );
+        *out = found;
+    }
+
+    /// Functions of a sine and a cosine, for which there are no vector instructions.
+    #[inline(always)]
+    fn angle(&self, out: &mut [f64; BLOCK], f: impl Fn(Tet) -> [f64; 2], factor: f64) {
+        let [sines, cosines] = self.each(f);
+        angles(&sines, &cosines, factor, out);
+    }
+
+    #[inline(always)]
+    fn judge(&self, metric: Metric, rule: Rule, mean_jacobian: f64, out: &mut [f64; BLOCK]) {
+        let vtk = rule == Rule::Vtk;
+        let degrees = 1f64.to_degrees();
+        match metric {
+            Metric::EdgeRatio => self.one(out, |tet| tet.edge_ratio()),
+            Metric::AspectRatio => self.one(out, |tet| tet.aspect_ratio()),
+            Metric::RadiusRatio => self.one(out, |tet| tet.radius_ratio()),
+            Metric::AspectGamma => self.one(out, |tet| tet.aspect_gamma()),
+            Metric::AspectFrobenius => self.one(out, |tet| tet.aspect_frobenius()),
+            Metric::Condition => self.one(out, |tet| tet.condition()),
+            Metric::CollapseRatio if vtk => self.one(out, |tet| tet.collapse_ratio(true)),
+            Metric::CollapseRatio => self.one(out, |tet| tet.collapse_ratio(false)),
+            Metric::Jacobian => self.one(out, |tet| tet.jacobian),
+            Metric::ScaledJacobian => self.one(out, |tet| tet.scaled_jacobian()),
+            Metric::Shape => self.one(out, |tet| tet.shape()),
+            Metric::RelativeSizeSquared => self.one(out, |tet| tet.relative_size_squared(mean_jacobian)),
+            Metric::ShapeAndSize => self.one(out, |tet| tet.shape() * tet.relative_size_squared(mean_jacobian)),
+            Metric::MeanRatio => self.one(out, |tet| tet.mean_ratio()),
+            Metric::MinAngle if vtk => self.angle(out, |tet| tet.min_dihedral(true), degrees),
+            Metric::MinAngle => self.angle(out, |tet| tet.min_dihedral(false), degrees),
+            Metric::MaxAngle => self.angle(out, |tet| tet.max_dihedral(), degrees),
+            Metric::SolidAngle => self.angle(out, |tet| tet.half_solid_angle(), 2.0),
+            Metric::EquiangleSkew => self.equiangle_skew(out),
+            Metric::EquivolumeSkew => self.one(out, |tet| tet.equivolume_skew()),
+            Metric::SquishIndex => self.one(out, |tet| tet.squish_index()),
+            Metric::Inradius => self.one(out, |tet| tet.inradius()),
+            Metric::NormalizedInradius => self.one(out, |tet| tet.normalized_inradius()),
+            Metric::Distortion => *out = [1.0; BLOCK],
+            Metric::Volume => self.one(out, |tet| tet.jacobian / 6.0),
+            Metric::Amips => self.one(out, |tet| tet.amips()),
+        }
+    }
+
+    #[inline(always)]
+    fn equiangle_skew(&self, out: &mut [f64; BLOCK]) {
+        let (mut extremes, degrees) = ([[0.0; BLOCK]; 4], 1f64.to_degrees());
+        let [min, max, min_face, max_face] = &mut extremes;
+        self.angle(min, |tet| tet.min_dihedral(false), degrees);
+        self.angle(max, |tet| tet.max_dihedral(), degrees);
+        let [sines, cosines, large_sines, large_cosines] = self.each(|tet| tet.face_angles());
+        angles(&sines, &cosines, degrees, min_face);
+        angles(&large_sines, &large_cosines, degrees, max_face);
+        for (i, out) in out.iter_mut().enumerate() {
+            let dihedral = ((max[i] - REGULAR_DEGREES) / (180.0 - REGULAR_DEGREES)).max((REGULAR_DEGREES - min[i]) / REGULAR_DEGREES);
+            let in_faces = ((max_face[i] - 60.0) / 120.0).max((60.0 - min_face[i]) / 60.0);
+            // Not `max` of f64, which passes NaN over.
+            *out = if dihedral > in_faces { dihedral } else { in_faces };
+        }
+    }
+}
+
+/// The angles whose sines and cosines, with any common factor, these are, times a factor.
+fn angles(sines: &[f64; BLOCK], cosines: &[f64; BLOCK], factor: f64, out: &mut [f64; BLOCK]) {
+    for i in 0..BLOCK {
+        out[i] = sines[i].atan2(cosines[i]) * factor;
+    }
+}
