@@ -60,7 +60,7 @@ enum Command {
     Info(info::InfoCommand),
     /// Build the octree and write its texture for other programs
     Regularize(regularize::RegularizeCommand),
-    /// Say how far an image is from a reference: PSNR, SSIM, FLIP, a difference map
+    /// Say how far a picture is from a reference, or a mesh from another or from a surface
     Compare(compare::CompareCommand),
     /// Say what the data and the octree hold at points or along a line
     Probe(probe::ProbeCommand),

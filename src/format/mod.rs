@@ -36,6 +36,7 @@ use source::Source;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
+pub use surface::write_ply;
 pub use voxel_data::VolumeError;
 use vtu::VtuError;
 
