@@ -1,8 +1,8 @@
 //! Files to meshes and volumes: one file a format, one registry line each.
 
+mod ensight;
 mod exodus;
 pub mod gmsh;
-mod ensight;
 mod gmsh;
 mod hdf;
 mod legacy_vtk;
@@ -15,8 +15,8 @@ mod plot3d;
 mod raw;
 pub mod series;
 mod source;
-mod surface;
 mod su2;
+mod surface;
 mod tetgen;
 pub mod transfer_file;
 #[cfg(test)]
