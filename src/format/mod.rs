@@ -1,6 +1,7 @@
 //! Files to meshes and volumes: one file a format, one registry line each.
 
-mod gmsh;
+mod abaqus;
+pub mod gmsh;
 mod legacy_vtk;
 mod medit;
 mod meta_image;
@@ -45,6 +46,7 @@ pub const FORMATS: &[Format] = &[
     Format { name: "Medit mesh", suffixes: &["mesh", "meshb"], recognizes: medit::recognizes, reader: Reader::Cells(medit::read) },
     Format { name: "SU2 mesh", suffixes: &["su2"], recognizes: |_| false, reader: Reader::Cells(su2::read) },
     Format { name: "TetGen mesh", suffixes: &["node", "ele"], recognizes: |_| false, reader: Reader::Cells(tetgen::read) },
+    Format { name: "Abaqus or CalculiX mesh", suffixes: &["inp"], recognizes: abaqus::recognizes, reader: Reader::Cells(abaqus::read) },
     Format { name: "NRRD", suffixes: &["nrrd", "nhdr"], recognizes: nrrd::recognizes, reader: Reader::Grid(nrrd::read) },
     Format { name: "PLOT3D", suffixes: plot3d::SUFFIXES, recognizes: |_| false, reader: Reader::Structured(plot3d::read) },
     Format { name: "MetaImage", suffixes: &["mhd", "mha"], recognizes: meta_image::recognizes, reader: Reader::Grid(meta_image::read) },

@@ -236,7 +236,7 @@ mod tests {
         let error = |text: &str| parsed(read, text.as_bytes()).expect_err("not sound").to_string();
         for (found, expected) in [
             (error("hello"), "the file: no NPOIN=, expected one"),
-            (error(&TET.replace("5 0 1 3", "5 0 1")), "line 16: too few points of a cell, expected all of them in one line"),
+            (error(&TET.replace("5 0 1 3", "5 0 1")), "line 17: too few points of a cell, expected all of them in one line"),
             (error(&TET.replace("10 0 1 2 3 0", "24 0 1 2 3 0")), "line 4: a cell of type 24, expected VTK's 1, 3"),
             (error(&TET.replace("10 0 1 2 3 0", "10 0 1 -2 3 0")), "line 4: \"-2\", expected a point of a cell"),
             (error(&TET.replace("1 0 0\t1", "1 0")), "line 7: too few coordinates, expected all of them in one line"),
