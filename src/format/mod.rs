@@ -1,6 +1,8 @@
 //! Files to meshes and volumes: one file a format, one registry line each.
 
 mod abaqus;
+#[cfg(test)]
+mod damage_tests;
 pub mod gmsh;
 mod legacy_vtk;
 mod medit;

@@ -9,7 +9,7 @@
 
 mod element_type;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use super::GridFile;
 use super::parse::{ParseError, Tags, Words, all_of, beside, real, shown, whole_numbers};

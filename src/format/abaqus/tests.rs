@@ -3,7 +3,7 @@ use super::*;
 use crate::format::{Contents, FormatError, ReadOptions, read_contents};
 use crate::mesh::Values;
 
-const TET: &str = "*Heading\n a tet and a shell\n** a comment\n*Element, type=C3D4, elset=Solid\n 7, 11, 12,\n 13, 14\n*Node, nset=all\n\
+pub(in crate::format) const TET: &str = "*Heading\n a tet and a shell\n** a comment\n*Element, type=C3D4, elset=Solid\n 7, 11, 12,\n 13, 14\n*Node, nset=all\n\
     11, 0., 0., 0.\n12, 1.d0, 0, 0\n13, 0., 1.\n14, 0., 0., 1.5,\n\n*NSET, NSET=a, GENERATE\n11, 14, 1\n*ELEMENT,\nTYPE=S3R\n8, 11, 12, 13\n\
     *ELEMENT, TYPE=SPRINGA\n9, 11, 12\n*MATERIAL, NAME=steel\n*ELASTIC\n1, 2\n*ELGEN\n7, 2, 3, 4\n";
 

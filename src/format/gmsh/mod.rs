@@ -18,7 +18,7 @@ mod lagrange;
 mod nodes;
 mod numbers;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 mod write;
 
 pub use write::{WriteError, write_grid};
