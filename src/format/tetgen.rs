@@ -35,6 +35,13 @@ pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<Unstructu
     read_cells(points, cells, progress).map_err(|problem| if is_cells { problem } else { named(problem) })
 }
 
+/// What the two files of a mesh make, one behind the other with `cut` bytes in the first.
+#[cfg(test)]
+pub(super) fn read_both(bytes: &[u8], cut: usize) -> Result<UnstructuredGrid, ParseError> {
+    let (points, cells) = bytes.split_at(cut.min(bytes.len()));
+    read_cells(read_points(points, &Progress::new())?, cells, &Progress::new())
+}
+
 /// The name of the other file: the same, with another suffix, in capitals if the suffix was.
 fn other_name(path: &Path, suffix: &str) -> std::path::PathBuf {
     let is_upper = path.extension().is_some_and(|own| own.to_string_lossy().chars().all(|c| c.is_ascii_uppercase()));
@@ -203,7 +210,7 @@ fn check(i: usize, words: &Words<'_>, progress: &Progress, count: usize) -> Resu
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::format::{Contents, FormatError, ReadOptions, read_contents};
     use crate::mesh::Values;
@@ -219,7 +226,8 @@ mod tests {
         }
     }
 
-    const NODE: &str = "# a comment\n4 3 1 1\n1 0 0 0 0.5 -1\n2 1 0 0 1.5 2\n3 0 1 0 2.5 3 # and one\n\n4 0 0 1 3.5 4\n";
+    pub(in crate::format) const NODE: &str =
+        "# a comment\n4 3 1 1\n1 0 0 0 0.5 -1\n2 1 0 0 1.5 2\n3 0 1 0 2.5 3 # and one\n\n4 0 0 1 3.5 4\n";
 
     #[test]
     fn either_name_opens_both_files() {

@@ -305,3 +305,8 @@ fn every_truncation_is_an_error_and_no_panic() {
         }
     }
 }
+
+/// Sound files of all versions and encodings.
+pub(in crate::format) fn sound_files() -> Vec<Vec<u8>> {
+    VERSIONS.iter().flat_map(|&version| encodings().map(|encoding| mesh(version, encoding))).collect()
+}

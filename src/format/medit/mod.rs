@@ -9,7 +9,7 @@
 mod numbers;
 mod solution;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use super::GridFile;
 use super::parse::{ParseError, all_of, shown, whole_numbers};

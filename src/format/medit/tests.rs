@@ -158,3 +158,11 @@ fn what_is_wrong_is_said_with_its_place() {
         }
     }
 }
+
+/// Sound files as text and of all binary versions.
+pub(in crate::format) fn sound_files() -> Vec<Vec<u8>> {
+    let solution = "MeshVersionFormatted 2 Dimension 3 Vertices 2 0 0 0 1 1 1 1 2 Edges 1 1 2 3 SolAtVertices 2 2 1 2 1 2 3 4 5 6 7 8\n\
+        SolAtEdges 1 1 3 1 2 3 4 5 6 End\n";
+    let binary = (1..=4).flat_map(|version| [binary(version, false), binary(version, true)]);
+    binary.chain([TEXT.as_bytes().to_vec(), solution.as_bytes().to_vec()]).collect()
+}
