@@ -105,7 +105,9 @@ fn a_moved_cube_is_as_far_as_it_was_moved_and_limits_decide() {
     assert_eq!(number(&beside, "/field/over_reference/volume_alone"), 0.0);
     near(number(&beside, "/field/over_reference/l2"), 0.25, 1e-9);
     // Cells are carried too, under another name.
-    assert!(number(&numbers(folder.path(), &["a.vtu", "b.vtu", "--array", "s", "--other-array", "c"]), "/field/over_reference/max") > 100.0);
+    assert!(
+        number(&numbers(folder.path(), &["a.vtu", "b.vtu", "--array", "s", "--other-array", "c"]), "/field/over_reference/max") > 100.0
+    );
 
     let error = refused(folder.path(), &["a.vtu", "b.vtu", "--max-distance", "0.07", "--max-difference", "0.3", "--report", "r.md"]);
     assert!(error.contains("b.vtu: the Hausdorff distance is 0.072169 of the diagonal, above --max-distance 0.07"), "{error}");

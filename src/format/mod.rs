@@ -1,7 +1,7 @@
 //! Files to meshes and volumes: one file a format, one registry line each.
 
-mod gmsh;
 mod exodus;
+mod gmsh;
 mod hdf;
 mod legacy_vtk;
 mod meta_image;

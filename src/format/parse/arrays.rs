@@ -5,8 +5,7 @@ use crate::mesh::{DataArray, Values};
 /// An array of whole numbers, NaN where there is none: f32 if all of them are exact in it.
 pub(in crate::format) fn whole_numbers(name: &str, numbers: &[f64]) -> DataArray {
     let is_small = numbers.iter().all(|&n| n.is_nan() || n.abs() <= f64::from(1 << 24));
-    let values =
-        if is_small { Values::F32(numbers.iter().map(|&n| n as f32).collect()) } else { Values::F64(numbers.to_vec()) };
+    let values = if is_small { Values::F32(numbers.iter().map(|&n| n as f32).collect()) } else { Values::F64(numbers.to_vec()) };
     DataArray { name: name.into(), components: 1, values }
 }
 
