@@ -4,6 +4,8 @@ mod args;
 mod bench;
 mod colormap;
 mod compare;
+mod convert;
+mod formats;
 mod generate;
 mod info;
 mod long_work;
@@ -70,6 +72,10 @@ enum Command {
     Bench(bench::BenchCommand),
     /// List, convert and write colour maps and transfer functions
     Colormap(colormap::ColormapCommand),
+    /// Write a mesh of any format as .vtu or .msh
+    Convert(convert::ConvertCommand),
+    /// List the formats of files that octetra reads and writes
+    Formats(formats::FormatsCommand),
     /// Make a mesh that carries a known field
     Generate(generate::GenerateCommand),
 }
@@ -88,6 +94,8 @@ impl Cli {
             Some(Command::Tune(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
             Some(Command::Colormap(command)) => command.run(),
+            Some(Command::Convert(command)) => command.run(),
+            Some(Command::Formats(command)) => command.run(),
             Some(Command::Generate(command)) => command.run(),
             None => self.view.run(),
         }

@@ -1,9 +1,11 @@
 //! Files to meshes and volumes: one file a format, one registry line each.
 
+mod ensight;
 mod exodus;
-mod gmsh;
+pub mod gmsh;
 mod hdf;
 mod legacy_vtk;
+mod medit;
 mod meta_image;
 pub mod nrrd;
 mod openfoam;
@@ -12,7 +14,9 @@ mod plot3d;
 mod raw;
 pub mod series;
 mod source;
+mod su2;
 mod surface;
+mod tetgen;
 pub mod transfer_file;
 #[cfg(test)]
 mod volume_tests;
@@ -48,9 +52,13 @@ pub const FORMATS: &[Format] = &[
     Format { name: "Gmsh mesh", suffixes: &["msh"], recognizes: gmsh::recognizes, reader: Reader::Cells(gmsh::read) },
     Format { name: "Exodus II", suffixes: exodus::SUFFIXES, recognizes: exodus::recognizes, reader: Reader::Cells(exodus::read) },
     Format { name: "VTKHDF", suffixes: &["vtkhdf", "hdf"], recognizes: hdf::recognizes, reader: Reader::Cells(hdf::read) },
+    Format { name: "Medit mesh", suffixes: &["mesh", "meshb"], recognizes: medit::recognizes, reader: Reader::Cells(medit::read) },
+    Format { name: "SU2 mesh", suffixes: &["su2"], recognizes: |_| false, reader: Reader::Cells(su2::read) },
+    Format { name: "TetGen mesh", suffixes: &["node", "ele"], recognizes: |_| false, reader: Reader::Cells(tetgen::read) },
     Format { name: "NRRD", suffixes: &["nrrd", "nhdr"], recognizes: nrrd::recognizes, reader: Reader::Grid(nrrd::read) },
     Format { name: "PLOT3D", suffixes: plot3d::SUFFIXES, recognizes: |_| false, reader: Reader::Structured(plot3d::read) },
     Format { name: "OpenFOAM case", suffixes: openfoam::SUFFIXES, recognizes: |_| false, reader: Reader::Cells(openfoam::read) },
+    Format { name: "EnSight Gold", suffixes: ensight::SUFFIXES, recognizes: ensight::recognizes, reader: Reader::Cells(ensight::read) },
     Format { name: "MetaImage", suffixes: &["mhd", "mha"], recognizes: meta_image::recognizes, reader: Reader::Grid(meta_image::read) },
     Format { name: "STL", suffixes: &["stl"], recognizes: surface::stl::recognizes, reader: Reader::Cells(surface::stl::read) },
     Format { name: "PLY", suffixes: &["ply"], recognizes: surface::ply::recognizes, reader: Reader::Cells(surface::ply::read) },
@@ -70,6 +78,18 @@ pub struct Format {
     pub suffixes: &'static [&'static str],
     recognizes: fn(&[u8]) -> bool,
     reader: Reader,
+}
+
+impl Format {
+    /// What its files hold, in words.
+    pub fn holds(&self) -> &'static str {
+        match self.reader {
+            Reader::Grid(_) => "a volume",
+            Reader::Either(_) => "a mesh or a volume",
+            Reader::Structured(_) | Reader::Mesh(_) => "a curvilinear grid",
+            Reader::Vtk(_) | Reader::Cells(_) => "a mesh",
+        }
+    }
 }
 
 /// What reads a format.
@@ -108,7 +128,7 @@ pub enum Contents {
     /// Cells of any type.
     Cells(UnstructuredGrid),
     /// Tets.
-    Mesh(TetMesh),
+    Tets(MeshParts),
     /// A volume of one of its arrays.
     Grid(Grid),
 }
@@ -247,6 +267,12 @@ fn opened<T>(path: &Path, read: impl FnOnce(&Source<'_>) -> Result<T, Problem>) 
     found.map_err(|problem| named(path, problem))
 }
 
+/// What a file that is in memory holds, as [`read_embedded`] reads it.
+pub fn embedded_contents(name: &str, bytes: &[u8], progress: &Progress) -> Result<Contents, FormatError> {
+    let path = Path::new(name);
+    contents(&Source::Bytes(bytes), path, &ReadOptions::default(), progress).map_err(|problem| named(path, problem))
+}
+
 fn open(path: &Path) -> Result<(File, u64), Problem> {
     let file = File::open(path)?;
     let metadata = file.metadata()?;
@@ -267,7 +293,7 @@ fn named(path: &Path, problem: Problem) -> FormatError {
 fn read_source(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &Progress) -> Result<Data, Problem> {
     Ok(match contents(source, path, options, progress)? {
         Contents::Cells(grid) => Data::Mesh(TetMesh::new(to_tets(grid)?)?),
-        Contents::Mesh(mesh) => Data::Mesh(mesh),
+        Contents::Tets(parts) => Data::Mesh(TetMesh::new(parts)?),
         Contents::Grid(grid) => Data::Grid(grid),
     })
 }
@@ -290,7 +316,7 @@ fn contents(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &
     Ok(match found {
         Found::Cells(grid) => Contents::Cells(grid),
         Found::Grid(grid) => Contents::Grid(grid),
-        Found::Mesh(parts) => Contents::Mesh(TetMesh::new(parts)?),
+        Found::Mesh(parts) => Contents::Tets(parts),
     })
 }
 

@@ -14,6 +14,7 @@ mod data;
 mod element_type;
 mod elements;
 mod entities;
+mod lagrange;
 mod nodes;
 mod numbers;
 #[cfg(test)]

@@ -108,10 +108,8 @@ impl Faces {
         let mut corners = [0; 8];
         let mut leaving = self.leaving(base, cell);
         corners[..base_sides].fill_with(|| leaving.next().unwrap_or(0));
-        // VTK's base faces look into the cell, but for the wedge, whose do not.
-        if cell_type != CellType::WEDGE {
-            corners[..base_sides].reverse();
-        }
+        // VTK's base faces look into the cell, also (from VTK 9.7 on) the wedge's.
+        corners[..base_sides].reverse();
         for i in 0..tops {
             corners[base_sides + i] = self.above(corners[i], &corners[..base_sides], faces, base)?;
         }

