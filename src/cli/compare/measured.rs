@@ -6,6 +6,7 @@ use crate::compare::{
 };
 use crate::format::{self, Contents, ReadOptions};
 use crate::geometry::{Aabb, signed_volume};
+use crate::mesh::quality::{Metric, Rule, Summary, values};
 use crate::mesh::{CellType, ScalarField, TetMesh, to_tets};
 use crate::study::FieldError;
 use anyhow::{Context, Result, bail};
@@ -32,6 +33,8 @@ pub struct Side {
     pub volume: Option<f64>,
     /// Parts that have no point in common.
     pub components: u64,
+    /// How well its tets are shaped, by each of [`Metric::USUAL`]; nothing of a surface.
+    pub quality: Vec<Summary>,
     /// What of the file was left out.
     pub notes: Vec<String>,
 }
@@ -97,6 +100,7 @@ impl Side {
             bail!("{}: the mesh has no boundary", path.display());
         }
         let figures = surface.figures();
+        let quality = mesh.as_ref().map(quality).transpose()?.unwrap_or_default();
         let tets = mesh.as_ref().map(|mesh| (0..mesh.tets().len()).map(|tet| signed_volume(&mesh.corners(tet)).abs()).sum());
         Ok(Side {
             path: path.to_owned(),
@@ -111,6 +115,7 @@ impl Side {
             mesh: mesh.map(Arc::new),
             surface,
             figures,
+            quality,
             notes,
         })
     }
@@ -119,6 +124,14 @@ impl Side {
     pub fn relative_to(self, other: &Side) -> Self {
         Side { surface: self.surface.relative_to(other.surface.origin), ..self }
     }
+}
+
+fn quality(mesh: &TetMesh) -> Result<Vec<Summary>> {
+    let of = |&metric: &Metric| {
+        let values = with_bar(|progress| values(mesh, metric, Rule::Definition, progress))?;
+        Ok(Summary::new(mesh, metric, &values, 1, 1))
+    };
+    Metric::USUAL.iter().map(of).collect()
 }
 
 impl Measured {

@@ -4,6 +4,7 @@ use super::document::{Document, Figure, Table};
 use super::images::significant;
 use super::measured::{Field, Measured, OctreeNumbers, Side};
 use crate::compare::{Norms, OneSided};
+use crate::mesh::quality::{Metric, Summary};
 use crate::mesh::{Association, thousands};
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -70,6 +71,7 @@ pub fn judge(measured: &Measured, max_distance: Option<f64>, max_difference: Opt
 pub fn document(measured: &Measured, verdicts: &[Verdict], figures: Vec<Figure>) -> Document {
     let [a, b] = &measured.sides;
     let mut tables = vec![sides(measured), distances(measured)];
+    tables.extend(quality(measured));
     if let Some(field) = &measured.field {
         tables.push(fields(measured, field));
     }
@@ -139,6 +141,32 @@ fn sides(measured: &Measured) -> Table {
         table.row("edges of 3 and more", each(&|side| thousands(side.figures.crowded_edges)));
     }
     table
+}
+
+/// How well the tets are shaped.
+fn quality(measured: &Measured) -> Option<Table> {
+    let mut table = Table::new("Quality", &names(measured));
+    let all = measured.sides.each_ref().map(|side| &side.quality[..]);
+    let one =
+        |summary: Option<&Summary>| summary.map_or("-".into(), |s| format!("{} .. {} .. {}", short(s.min), short(s.median), short(s.max)));
+    let worst = |summary: Option<&Summary>| {
+        let cell = summary.and_then(|summary| summary.worst.first()).map(|worst| worst.cell);
+        cell.map_or("-".into(), |cell| format!("cell {cell}"))
+    };
+    let count = all.iter().map(|summaries| summaries.len()).max().unwrap_or(0);
+    for i in 0..count {
+        let metric = all.iter().find_map(|summaries| summaries.get(i))?.metric;
+        table.row(metric.label(), all.map(|summaries| one(summaries.get(i))));
+        if metric == Metric::Shape {
+            table.row("  worst shape", all.map(|summaries| worst(summaries.get(i))));
+        }
+    }
+    let infinite = all.iter().flat_map(|summaries| summaries.iter()).any(|summary| summary.infinite > 0);
+    table.note = "smallest .. median .. largest; octetra quality says more".into();
+    if infinite {
+        table.note += "; tets of no volume are left out where a metric has no value for them";
+    }
+    (count > 0).then_some(table)
 }
 
 /// How far the surfaces are from each other.
@@ -244,6 +272,11 @@ pub fn numbers(measured: &Measured, verdicts: &[Verdict]) -> Value {
             "bounds": [side.bounds.min.to_array(), side.bounds.max.to_array()], "diagonal": side.bounds.diagonal(),
             "volume": side.volume, "area": side.figures.area, "triangles": side.surface.triangles.len(),
             "open_edges": side.figures.open_edges, "crowded_edges": side.figures.crowded_edges, "components": side.components,
+            "quality": side.quality.iter().map(|s| {
+                let worst = s.worst.first().map(|worst| worst.cell);
+                let of = json!({ "min": s.min, "median": s.median, "max": s.max, "mean": s.mean, "infinite": s.infinite, "worst_cell": worst });
+                (s.metric.name().to_owned(), of)
+            }).collect::<serde_json::Map<_, _>>(),
             "notes": side.notes,
         })
     };
