@@ -79,15 +79,15 @@ impl QualityCommand {
             bail!("{}: is a regular volume, expected a mesh of cells; those of a volume all have one shape", self.mesh.shown_name());
         };
         let rule = if self.as_vtk { Rule::Vtk } else { Rule::Definition };
-        let (mut judged, mut kept) = (Vec::new(), Vec::new());
+        let (mut judged, mut kept, mut values) = (Vec::new(), Vec::new(), Vec::new());
         for metric in self.metrics() {
             let start = Instant::now();
-            let values = with_bar(|progress| quality::values(&mesh, metric, rule, progress))?;
+            with_bar(|progress| quality::values_into(&mut values, &mesh, metric, rule, progress))?;
             let seconds = start.elapsed().as_secs_f64();
             let summary = Summary::new(&mesh, metric, &values, self.bins.into(), self.worst);
             judged.push(Judged { summary, seconds });
             if self.array_out.is_some() {
-                kept.push((metric, values));
+                kept.push((metric, values.clone()));
             }
         }
         if let Some(path) = &self.array_out {
