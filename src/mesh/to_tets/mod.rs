@@ -23,7 +23,7 @@ use std::collections::HashMap;
 
 /// The tets of the cells that have a volume, with the arrays of those cells.
 pub fn to_tets(grid: UnstructuredGrid) -> Result<MeshParts, MeshError> {
-    let UnstructuredGrid { points, cells, point_data, cell_data, active_scalars, numbers, merges_points, notes } = grid;
+    let UnstructuredGrid { points, cells, point_data, cell_data, active_scalars, numbers, merges_points, mut notes } = grid;
     if points.len() >= u32::MAX as usize {
         return Err(MeshError::TooMany { what: "points", count: points.len() });
     }
@@ -35,6 +35,9 @@ pub fn to_tets(grid: UnstructuredGrid) -> Result<MeshParts, MeshError> {
         splitter.cell(cell, cell_type, nodes)?;
     }
     let counts = cells.counts();
+    if splitter.point_arrays_fit(&point_data) {
+        notes.extend(quadratic::deviation(&splitter.points[..splitter.own_points], &cells, &point_data));
+    }
     drop(cells);
     if splitter.tets.is_empty() {
         return Err(MeshError::NoVolume(counts_in_words(counts)));
@@ -124,6 +127,11 @@ impl Splitter {
         self.nodes = own;
         self.cells.resize(self.tets.len(), (cell as u32, cell_type));
         Ok(())
+    }
+
+    /// Whether arrays have a tuple for every point of the file; if not, they are refused in the end.
+    fn point_arrays_fit(&self, arrays: &[DataArray]) -> bool {
+        arrays.iter().all(|a| a.components > 0 && Some(a.values.len()) == self.own_points.checked_mul(a.components))
     }
 
     /// Takes points with the same coordinates for one.
