@@ -19,7 +19,11 @@ fn subjects() -> Vec<Subject> {
         Subject { name: "Gmsh", read: |bytes| parsed(gmsh::read, bytes), files: gmsh::tests::sound_files() },
         Subject { name: "Medit", read: |bytes| parsed(medit::read, bytes), files: medit::tests::sound_files() },
         Subject { name: "SU2", read: |bytes| parsed(su2::read, bytes), files: vec![su2::tests::TET.into()] },
-        Subject { name: "Abaqus", read: |bytes| parsed(abaqus::read, bytes), files: vec![abaqus::tests::TET.into()] },
+        Subject {
+            name: "Abaqus",
+            read: |bytes| parsed(abaqus::read, bytes),
+            files: vec![abaqus::tests::TET.into(), abaqus::tests::ASSEMBLY.into()],
+        },
         Subject {
             name: "TetGen",
             read: |bytes| tetgen::read_both(bytes, tetgen::tests::NODE.len()),
