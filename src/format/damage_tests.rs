@@ -5,6 +5,7 @@ use super::parse::{ParseError, parsed};
 use super::{abaqus, gmsh, medit, su2, tetgen};
 use crate::mesh::UnstructuredGrid;
 use proptest::prelude::*;
+use std::sync::LazyLock;
 
 /// A reader with sound files to damage.
 struct Subject {
@@ -13,20 +14,24 @@ struct Subject {
     files: Vec<Vec<u8>>,
 }
 
-fn subjects() -> Vec<Subject> {
+static SUBJECTS: LazyLock<Vec<Subject>> = LazyLock::new(|| {
     let tetgen_files = [tetgen::tests::NODE, "1 4 1\n1 1 2 3 4 7\n"].concat();
     vec![
         Subject { name: "Gmsh", read: |bytes| parsed(gmsh::read, bytes), files: gmsh::tests::sound_files() },
         Subject { name: "Medit", read: |bytes| parsed(medit::read, bytes), files: medit::tests::sound_files() },
         Subject { name: "SU2", read: |bytes| parsed(su2::read, bytes), files: vec![su2::tests::TET.into()] },
-        Subject { name: "Abaqus", read: |bytes| parsed(abaqus::read, bytes), files: vec![abaqus::tests::TET.into()] },
+        Subject {
+            name: "Abaqus",
+            read: |bytes| parsed(abaqus::read, bytes),
+            files: vec![abaqus::tests::TET.into(), abaqus::tests::ASSEMBLY.into()],
+        },
         Subject {
             name: "TetGen",
             read: |bytes| tetgen::read_both(bytes, tetgen::tests::NODE.len()),
             files: vec![tetgen_files.into_bytes()],
         },
     ]
-}
+});
 
 /// One thing that happens to a file; places are taken modulo its length.
 #[derive(Debug, Clone)]
@@ -111,13 +116,13 @@ proptest! {
 
     #[test]
     fn damaged_files_are_read_or_refused(which in 0..5usize, file in any::<proptest::sample::Index>(), all in proptest::collection::vec(damage(), 1..5)) {
-        let subject = &subjects()[which];
+        let subject = &SUBJECTS[which];
         check(subject, &damaged(&subject.files[file.index(subject.files.len())], &all))?;
     }
 
     #[test]
     fn bytes_of_any_kind_are_read_or_refused(which in 0..5usize, bytes in proptest::collection::vec(any::<u8>(), 0..200), text in "[$*a-zA-Z0-9 .,=\n-]{0,200}") {
-        let subject = &subjects()[which];
+        let subject = &SUBJECTS[which];
         check(subject, &bytes)?;
         check(subject, text.as_bytes())?;
     }
@@ -125,11 +130,11 @@ proptest! {
 
 #[test]
 fn files_cut_anywhere_are_read_or_refused() {
-    for subject in subjects() {
+    for subject in &*SUBJECTS {
         for file in &subject.files {
             assert!((subject.read)(file).is_ok(), "{}", subject.name);
             for len in 0..file.len() {
-                check(&subject, &file[..len]).unwrap_or_else(|error| panic!("{} cut at {len}: {error}", subject.name));
+                check(subject, &file[..len]).unwrap_or_else(|error| panic!("{} cut at {len}: {error}", subject.name));
             }
         }
     }

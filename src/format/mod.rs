@@ -2,6 +2,8 @@
 
 mod abaqus;
 #[cfg(test)]
+mod corpus_tests;
+#[cfg(test)]
 mod damage_tests;
 mod ensight;
 mod exodus;

@@ -183,7 +183,7 @@ impl<'a> Mesh<'a> {
 
     /// Tells how far it is, now and then.
     fn check(&mut self, i: usize) -> Result<(), ParseError> {
-        if i % CHECKED == 0 {
+        if i.is_multiple_of(CHECKED) {
             self.progress.check()?;
             let (_, done, _) = self.progress.snapshot();
             self.progress.add((self.words.at() as u64).saturating_sub(done));

@@ -173,7 +173,10 @@ impl Columns {
     }
 
     fn read(&mut self, words: &mut Words<'_>, what: &str) -> Result<(), ParseError> {
-        self.columns.iter_mut().try_for_each(|column| Ok(column.push(words.real(what)?)))
+        for column in &mut self.columns {
+            column.push(words.real(what)?);
+        }
+        Ok(())
     }
 }
 
@@ -202,7 +205,7 @@ fn ended(words: &mut Words<'_>, count: usize, what: &str) -> Result<(), ParseErr
 
 /// Tells how far it is, now and then.
 fn check(i: usize, words: &Words<'_>, progress: &Progress, count: usize) -> Result<(), ParseError> {
-    if i % CHECKED == 0 {
+    if i.is_multiple_of(CHECKED) {
         progress.check()?;
         progress.add((words.rest().len() / count.div_ceil(CHECKED).max(1)) as u64 / 2);
     }

@@ -3,10 +3,11 @@
 //!
 //! - Read are `*NODE` (Cartesian and cylindrical), `*ELEMENT` and `*INCLUDE` (files in the same folder or below); continuum elements are
 //!   cells, shells, membranes and plane elements surfaces, trusses and beams lines. Other elements are left out, with a note.
-//! - A part (`*PART`) has numbers of its own. Parts lie where they are defined: instances are not assembled, which a note says.
+//! - A part (`*PART`) has numbers of its own, and is as often and where the instances in the assembly say.
 //! - `abaqus:elset` counts the element sets that `*ELEMENT` names, from 1; 0 is none. Other sets, and nodes and elements that the file
 //!   generates (`*NGEN`, `*ELGEN`), are left out, with a note.
 
+mod assembly;
 mod element_type;
 #[cfg(test)]
 pub(super) mod tests;
@@ -15,6 +16,7 @@ use super::GridFile;
 use super::parse::{ParseError, Tags, Words, all_of, beside, real, shown, whole_numbers};
 use crate::mesh::{CellType, Cells, UnstructuredGrid, thousands};
 use crate::progress::Progress;
+use assembly::Assembly;
 use element_type::{ElementType, HEXAHEDRON_27};
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
@@ -43,14 +45,16 @@ pub(super) fn recognizes(start: &[u8]) -> bool {
 pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<UnstructuredGrid, ParseError> {
     let bytes = all_of(file)?;
     progress.begin("reading", bytes.len() as u64);
-    let mut mesh = Mesh { file, progress, model: Model::default() };
+    let mut mesh = Mesh { file, progress, model: Model::default(), bytes_read: 0 };
     mesh.read(&bytes, 0)?;
-    let mut model = mesh.model;
+    let Mesh { mut model, bytes_read, .. } = mesh;
     model.end_scope()?;
+    let mut notes = Vec::new();
+    model.assemble(bytes_read, &mut notes)?;
     if model.points.is_empty() {
         return Err(ParseError::invalid("the file", "no nodes", "a keyword *NODE with some"));
     }
-    Ok(model.into_grid())
+    Ok(model.into_grid(notes))
 }
 
 /// The file that is being read, and what was read so far.
@@ -58,6 +62,8 @@ struct Mesh<'a> {
     file: &'a GridFile<'a>,
     progress: &'a Progress,
     model: Model,
+    /// Length of all files.
+    bytes_read: usize,
 }
 
 /// What the lines that follow are.
@@ -106,12 +112,12 @@ struct Model {
     /// Keywords that would make more of the mesh.
     generating: BTreeMap<String, u64>,
     has_sets: bool,
-    instances: u64,
-    has_moved_instances: bool,
+    assembly: Assembly,
 }
 
 impl Mesh<'_> {
     fn read(&mut self, bytes: &[u8], depth: usize) -> Result<(), ParseError> {
+        self.bytes_read += bytes.len();
         let mut words = Words::new(bytes);
         let mut count = 0;
         let mut reported = 0;
@@ -228,13 +234,20 @@ impl Model {
                 let name = keyword.parameter("INPUT").filter(|name| !name.is_empty());
                 return name.map(|name| Some(name.to_owned())).ok_or_else(|| problem("*INCLUDE without a file", "*INCLUDE, INPUT=.."));
             }
-            "PART" | "END PART" | "ASSEMBLY" | "END ASSEMBLY" | "END INSTANCE" => self.end_scope().map_err(|error| match error {
-                ParseError::Invalid { place, found, expected } => problem(format!("{place}: {found}"), expected),
-                other => problem(other.to_string(), "less"),
-            })?,
-            "INSTANCE" => {
-                self.instances += 1;
-                self.data = Data::Instance;
+            "PART" | "END PART" | "ASSEMBLY" | "END ASSEMBLY" | "INSTANCE" | "END INSTANCE" => {
+                self.end_scope().map_err(|error| match error {
+                    ParseError::Invalid { place, found, expected } => problem(format!("{place}: {found}"), expected),
+                    other => problem(other.to_string(), "less"),
+                })?;
+                self.assembly.end_part(self.points.len(), self.cells.len());
+                match (keyword.name.as_str(), keyword.parameter("NAME"), keyword.parameter("PART")) {
+                    ("PART", Some(name), _) => self.assembly.begin_part(name, self.points.len(), self.cells.len()),
+                    ("INSTANCE", _, Some(part)) => {
+                        self.assembly.begin_instance(part);
+                        self.data = Data::Instance;
+                    }
+                    _ => {}
+                }
             }
             "SYSTEM" => self.data = Data::System,
             "NSET" | "ELSET" => self.has_sets = true,
@@ -294,7 +307,15 @@ impl Model {
                 }
             }
             Data::LeftOut(index) => self.left_out[index].1 += 1,
-            Data::Instance => self.has_moved_instances = true,
+            Data::Instance => {
+                let mut numbers = Vec::new();
+                for field in line.split(|&b| b == b',').map(<[u8]>::trim_ascii).filter(|field| !field.is_empty()) {
+                    numbers.push(real(field).ok_or_else(|| problem(shown(field), "a shift or a rotation"))?);
+                }
+                if !self.assembly.place(&numbers) {
+                    return Err(problem(shown(line), "a shift of 3 numbers and a rotation of 7"));
+                }
+            }
             Data::System => return Err(problem("a coordinate system of its own (*SYSTEM)", "coordinates in the global system")),
         }
         Ok(())
@@ -338,8 +359,7 @@ impl Model {
         Ok(())
     }
 
-    fn into_grid(self) -> UnstructuredGrid {
-        let mut notes = Vec::new();
+    fn into_grid(self, mut notes: Vec<String>) -> UnstructuredGrid {
         for (name, count) in self.left_out.iter().filter(|(_, count)| *count > 0).take(MOST_NAMED) {
             let name = shown(name.as_bytes());
             notes.push(format!("{} lines of elements of type {name} were left out: they are no cells or not known", thousands(*count)));
@@ -350,9 +370,6 @@ impl Model {
         if self.repeated > 0 {
             let count = thousands(self.repeated as u64);
             notes.push(format!("{count} nodes have a number that another of their part has; elements use the first"));
-        }
-        if self.instances > 1 || self.has_moved_instances {
-            notes.push("instances of parts were not assembled: each part is here once, where it is defined".into());
         }
         if !self.set_names.is_empty() {
             let names: Vec<String> = (1..).zip(&self.set_names).take(MOST_NAMED).map(|(i, name)| format!("{i} is \"{name}\"")).collect();

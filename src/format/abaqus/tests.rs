@@ -3,6 +3,11 @@ use super::*;
 use crate::format::{Contents, FormatError, ReadOptions, read_contents};
 use crate::mesh::Values;
 
+/// Two instances of a part and another part.
+pub(in crate::format) const ASSEMBLY: &str = "*PART, NAME=a\n*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n\
+    *ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n*END PART\n*ASSEMBLY\n*INSTANCE, NAME=i, PART=a\n*END INSTANCE\n\
+    *INSTANCE, NAME=j, PART=a\n1, 0, 0\n1, 0, 0, 1, 0, 2, 90\n*END INSTANCE\n*END ASSEMBLY\n";
+
 pub(in crate::format) const TET: &str = "*Heading\n a tet and a shell\n** a comment\n*Element, type=C3D4, elset=Solid\n 7, 11, 12,\n 13, 14\n*Node, nset=all\n\
     11, 0., 0., 0.\n12, 1.d0, 0, 0\n13, 0., 1.\n14, 0., 0., 1.5,\n\n*NSET, NSET=a, GENERATE\n11, 14, 1\n*ELEMENT,\nTYPE=S3R\n8, 11, 12, 13\n\
     *ELEMENT, TYPE=SPRINGA\n9, 11, 12\n*MATERIAL, NAME=steel\n*ELASTIC\n1, 2\n*ELGEN\n7, 2, 3, 4\n";
@@ -33,11 +38,27 @@ fn parts_have_numbers_of_their_own() {
             "*PART, NAME={name}\n*NODE\n1, {x}, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n*END PART\n"
         )
     };
-    let assembly = "*ASSEMBLY, NAME=A\n*INSTANCE, NAME=i, PART=a\n1, 0, 0\n*END INSTANCE\n*NODE\n1, 9, 9, 9\n*END ASSEMBLY\n";
-    let grid = parsed(read, (part("a", 5) + &part("b", 6) + assembly).as_bytes()).expect("sound");
+    let grid = parsed(read, (part("a", 5) + &part("b", 6)).as_bytes()).expect("sound");
     assert_eq!(grid.cells.get(1), (CellType::TETRA, &[4, 5, 6, 7][..]));
-    assert_eq!((grid.points.len(), grid.points[4].x), (9, 6.0));
-    assert_eq!(grid.notes, ["instances of parts were not assembled: each part is here once, where it is defined"]);
+    assert_eq!((grid.points.len(), grid.points[4].x), (8, 6.0));
+    assert!(grid.notes.is_empty(), "{:?}", grid.notes);
+
+    // The second instance of a is shifted by 1 along x, then turned by 90 degrees about the line x = 1, y = 0 along z.
+    let assembly = "*ASSEMBLY, NAME=A\n*INSTANCE, NAME=i, PART=A\n0, 0, 10\n*END INSTANCE\n\
+        *INSTANCE, NAME=j, PART=a\n1, 0, 0\n1, 0, 0, 1, 0, 2, 90\n*END INSTANCE\n*INSTANCE, NAME=k, PART=c\n*END INSTANCE\n\
+        *NODE\n1, 9, 9, 9\n*END ASSEMBLY\n";
+    let grid = parsed(read, (part("a", 5) + &part("b", 6) + assembly).as_bytes()).expect("sound");
+    assert_eq!((grid.points.len(), grid.cells.len()), (13, 3));
+    assert_eq!((grid.points[0], grid.points[4]), (DVec3::new(5.0, 0.0, 10.0), DVec3::X * 6.0));
+    assert_eq!(grid.cells.get(2), (CellType::TETRA, &[9, 10, 11, 12][..]));
+    assert!(grid.points[9].distance(DVec3::new(1.0, 5.0, 0.0)) < 1e-12, "{:?}", grid.points[9]);
+    assert!(grid.points[11].distance(DVec3::ZERO) < 1e-12, "{:?}", grid.points[11]);
+    let notes = ["1 instances are of parts that are not in the file", "1 parts have no instance; they are where they are defined"];
+    assert_eq!(grid.notes, notes);
+    let many = "*INSTANCE, NAME=i, PART=A\n*END INSTANCE\n".repeat(3);
+    assert_eq!(parsed(read, (part("a", 5) + &many).as_bytes()).expect("sound").cells.len(), 3);
+    let error = parsed(read, (part("a", 5) + &assembly.replace("0, 0, 10", "0, 0, up")).as_bytes()).expect_err("no shift").to_string();
+    assert!(error.contains("\"up\", expected a shift or a rotation"), "{error}");
 }
 
 #[test]

@@ -20,8 +20,8 @@ use glam::DVec3;
 use numbers::Numbers;
 use solution::Solution;
 use std::collections::BTreeMap;
-use std::fs;
 use std::ops::Range;
+use std::{fs, iter};
 
 /// A section of cells.
 struct Shape {
@@ -251,7 +251,7 @@ impl Mesh {
         let mut named = 0;
         for solution in std::mem::take(&mut self.solutions) {
             let ranges = match solution.shape {
-                None => vec![0..points.len()],
+                None => iter::once(0..points.len()).collect(),
                 Some(shape) => self.ranges.remove(&shape).unwrap_or_default(),
             };
             let arrays = if solution.shape.is_none() { &mut point_data } else { &mut cell_data };
