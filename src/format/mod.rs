@@ -16,6 +16,7 @@ mod volume_tests;
 mod voxel_data;
 mod vti;
 pub mod vtu;
+mod xdmf;
 
 use crate::mesh::{MeshError, MeshParts, TetMesh, UnstructuredGrid, to_tets};
 use crate::progress::{Cancelled, Progress};
@@ -41,6 +42,7 @@ pub const FORMATS: &[Format] = &[
     Format { name: "VTK legacy structured points, structured or rectilinear grid", suffixes: &["vtk"], recognizes: legacy_vtk::recognizes, reader: Reader::Either(legacy_vtk::read) },
     Format { name: "Exodus II", suffixes: exodus::SUFFIXES, recognizes: exodus::recognizes, reader: Reader::Cells(exodus::read) },
     Format { name: "VTKHDF", suffixes: &["vtkhdf", "hdf"], recognizes: hdf::recognizes, reader: Reader::Cells(hdf::read) },
+    Format { name: "XDMF", suffixes: &["xdmf", "xmf"], recognizes: xdmf::recognizes, reader: Reader::Cells(xdmf::read) },
     Format { name: "NRRD", suffixes: &["nrrd", "nhdr"], recognizes: nrrd::recognizes, reader: Reader::Grid(nrrd::read) },
     Format { name: "PLOT3D", suffixes: plot3d::SUFFIXES, recognizes: |_| false, reader: Reader::Structured(plot3d::read) },
     Format { name: "MetaImage", suffixes: &["mhd", "mha"], recognizes: meta_image::recognizes, reader: Reader::Grid(meta_image::read) },
