@@ -125,8 +125,8 @@ impl<'a> Items<'a> {
         let count = shape.as_ref().map(|shape| shape.iter().try_fold(1usize, |product, &n| product.checked_mul(n)).unwrap_or(usize::MAX));
         let text = self.tree.text(id);
         let (numbers, own_shape) = match get("Format").unwrap_or("XML").to_ascii_uppercase().as_str() {
-            "XML" => (self.from_text(text, kind, precision, place)?, None),
-            "HDF" | "HDF5" | "H5" => self.from_hdf5(text, place).map(|(numbers, shape)| (numbers, Some(shape)))?,
+            "XML" => (self.numbers_in_text(text, kind, precision, place)?, None),
+            "HDF" | "HDF5" | "H5" => self.numbers_in_hdf5(text, place).map(|(numbers, shape)| (numbers, Some(shape)))?,
             "BINARY" => {
                 if let Some(compression) = get("Compression").filter(|name| !name.eq_ignore_ascii_case("Raw")) {
                     return Err(ParseError::Unsupported(format!("has binary numbers compressed by {compression}, octetra reads raw ones")));
@@ -136,7 +136,7 @@ impl<'a> Items<'a> {
                     if get("Endian").is_some_and(|order| order.eq_ignore_ascii_case("Big")) { ByteOrder::Big } else { ByteOrder::Little };
                 let seek = get("Seek").map_or(Some(0), |text| text.parse().ok());
                 let seek = seek.ok_or_else(|| ParseError::invalid(place, "a Seek that is no count", "bytes from 0"))?;
-                (self.from_bytes(text, seek, (kind, precision), count, order, place)?, None)
+                (self.numbers_in_bytes(text, seek, (kind, precision), count, order, place)?, None)
             }
             other => return Err(ParseError::invalid(place, format!("the format \"{other}\""), "XML, HDF or Binary")),
         };
@@ -148,7 +148,7 @@ impl<'a> Items<'a> {
         Ok(Item { shape, numbers })
     }
 
-    fn from_text(&self, text: &str, kind: Kind, precision: usize, place: &str) -> Result<Numbers, ParseError> {
+    fn numbers_in_text(&self, text: &str, kind: Kind, precision: usize, place: &str) -> Result<Numbers, ParseError> {
         // A number takes at least a character and a blank.
         self.budget.take(&[text.len() as u64 / 2 + 1], 8, place)?;
         let mut words = Words::new(text.as_bytes());
@@ -174,7 +174,7 @@ impl<'a> Items<'a> {
         Ok(Numbers::Whole(numbers, precision <= 2))
     }
 
-    fn from_hdf5(&self, text: &str, place: &str) -> Result<(Numbers, Vec<usize>), ParseError> {
+    fn numbers_in_hdf5(&self, text: &str, place: &str) -> Result<(Numbers, Vec<usize>), ParseError> {
         let split = text.split_once(":/").or_else(|| text.rsplit_once(':'));
         let (name, path) = split.ok_or_else(|| {
             ParseError::invalid(
@@ -204,7 +204,7 @@ impl<'a> Items<'a> {
         Ok((rows.numbers, shape.into_iter().map(|n| n as usize).collect()))
     }
 
-    fn from_bytes(
+    fn numbers_in_bytes(
         &self,
         name: &str,
         seek: u64,
