@@ -30,6 +30,7 @@
 //! viewport         the picture on the GPU
 //! probe_tool       what is under the pointer, pins, a line: state and jobs
 //! picked           what is seen at a place of the picture
+//! quality          how well cells are shaped: histogram, the worst, one marked
 //! probe_view       the same over the picture and in the panel
 //! projector        from the world to the window
 //! wipe             two pictures in one
@@ -69,6 +70,7 @@ mod probe_tool;
 mod probe_view;
 mod problem;
 mod projector;
+mod quality;
 mod recent;
 mod settings;
 mod slot;

@@ -16,6 +16,7 @@ use super::pictures::{Pictures, Saving, absolute};
 use super::plane_handles::PlaneTool;
 use super::probe_tool::{Pin, ProbeTool};
 use super::problem::Problem;
+use super::quality::QualityTool;
 use super::recent::Recent;
 use super::settings::{Settings, Transfer};
 use super::slot::Slot;
@@ -62,6 +63,7 @@ pub struct Viewer {
     pub(super) transfer_editor: TransferEditor,
     pub(super) plane_tool: PlaneTool,
     pub(super) probe: ProbeTool,
+    pub(super) quality: QualityTool,
     pub(super) wipe: Wipe,
     pub(super) leaves: Leaves,
     pub(super) tuning: Tuning,
@@ -189,6 +191,7 @@ impl Viewer {
             frame_times: Default::default(),
             plane_tool: PlaneTool::default(),
             probe: ProbeTool::default(),
+            quality: QualityTool::default(),
             wipe: Wipe::default(),
             leaves: Leaves::default(),
             tuning: Tuning::default(),
@@ -343,6 +346,7 @@ impl Viewer {
             self.compiling.as_ref().map(|(_, job)| job.progress()),
             self.cutting.as_ref().map(Job::progress),
             self.probe.progress(),
+            self.quality.progress(),
             self.tuning.progress(),
         ];
         jobs.into_iter().flatten().next().map(named)
@@ -423,7 +427,7 @@ impl Viewer {
         if let Err(error) = self.probe.run(ctx, &self.document.data, &self.settings.field, self.octree.model.as_ref()) {
             self.fail(error);
         }
-        if let Err(error) = self.run_leaves(ctx).and_then(|()| self.run_tuning()) {
+        if let Err(error) = self.run_leaves(ctx).and_then(|()| self.run_tuning()).and_then(|()| self.run_quality(ctx)) {
             self.fail(error);
         }
         if self.activity().is_some() || self.tuning.is_running() || matches!(self.octree.accuracy, Measured::Running(..)) {
@@ -594,6 +598,7 @@ impl Viewer {
         furniture::paint(ui.painter(), rect, &drawing.front, drawing.halo);
         self.leaves_over(ui, rect);
         self.planes_over(ui, rect);
+        self.quality_over(ui, rect);
         self.wipe_over(ui, rect);
         self.probe_over(ui, rect, &picture);
         self.tools_over(ui, rect);

@@ -79,15 +79,15 @@ impl QualityCommand {
             bail!("{}: is a regular volume, expected a mesh of cells; those of a volume all have one shape", self.mesh.shown_name());
         };
         let rule = if self.as_vtk { Rule::Vtk } else { Rule::Definition };
-        let (mut judged, mut kept) = (Vec::new(), Vec::new());
+        let (mut judged, mut kept, mut values) = (Vec::new(), Vec::new(), Vec::new());
         for metric in self.metrics() {
             let start = Instant::now();
-            let values = with_bar(|progress| quality::values(&mesh, metric, rule, progress))?;
+            with_bar(|progress| quality::values_into(&mut values, &mesh, metric, rule, progress))?;
             let seconds = start.elapsed().as_secs_f64();
             let summary = Summary::new(&mesh, metric, &values, self.bins.into(), self.worst);
             judged.push(Judged { summary, seconds });
             if self.array_out.is_some() {
-                kept.push((metric, values));
+                kept.push((metric, values.clone()));
             }
         }
         if let Some(path) = &self.array_out {
@@ -118,8 +118,8 @@ impl QualityCommand {
 
     fn say(&self, out: &mut impl Write, mesh: &TetMesh, judged: &[Judged]) -> io::Result<()> {
         writeln!(out, "tets          {}", mesh.tets().len())?;
-        if mesh.file_cells().shape.tets() > 1 {
-            writeln!(out, "cells         {}, of {} tets each", mesh.file_cells().shape.name(), mesh.file_cells().shape.tets())?;
+        if !mesh.file_cells().is_tets() {
+            writeln!(out, "cells         cut into tets, which are judged each")?;
         }
         writeln!(out, "  inverted    {}", mesh.inverted_count())?;
         writeln!(out, "  zero volume {}", mesh.zero_volume_count())?;
@@ -213,7 +213,7 @@ fn histogram(out: &mut impl Write, summary: &Summary) -> io::Result<()> {
 }
 
 fn worst(out: &mut impl Write, mesh: &TetMesh, summary: &Summary) -> io::Result<()> {
-    let is_part = mesh.file_cells().shape.tets() > 1;
+    let is_part = !mesh.file_cells().is_tets();
     let mut rows = vec![["value", "cell", "tet", "centre"].map(str::to_owned).to_vec()];
     for cell in &summary.worst {
         let value = if cell.value.is_finite() { short(cell.value) } else { "infinite".into() };

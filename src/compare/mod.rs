@@ -23,8 +23,8 @@ pub use images::{AlphaFigures, CoverageRule, ImageComparison, Part, compare_imag
 pub use limits::{Limits, Verdict};
 pub use map::{DifferenceMap, difference_map};
 pub use mesh::{
-    DistanceOptions, FieldDifference, Largest, Nearest, Norms, OnMesh, OneSided, Surface, SurfaceDistances, SurfaceError, SurfaceFigures,
-    components,
+    DistanceOptions, FieldDifference, Hit, Largest, Nearest, Norms, OnMesh, OneSided, Surface, SurfaceDistances, SurfaceError,
+    SurfaceFigures, components, paint_surface,
 };
 pub use values::{Pair, pair};
 

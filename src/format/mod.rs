@@ -2,9 +2,14 @@
 
 mod ensight;
 mod exodus;
+pub mod gmsh;
 mod gmsh;
 mod hdf;
+mod abaqus;
+#[cfg(test)]
+mod damage_tests;
 mod legacy_vtk;
+mod medit;
 mod meta_image;
 pub mod nrrd;
 mod openfoam;
@@ -13,7 +18,9 @@ mod plot3d;
 mod raw;
 pub mod series;
 mod source;
+mod su2;
 mod surface;
+mod tetgen;
 pub mod transfer_file;
 #[cfg(test)]
 mod volume_tests;
@@ -32,6 +39,7 @@ use source::Source;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
+pub use surface::write_ply;
 pub use voxel_data::VolumeError;
 use vtu::VtuError;
 
@@ -48,6 +56,10 @@ pub const FORMATS: &[Format] = &[
     Format { name: "Gmsh mesh", suffixes: &["msh"], recognizes: gmsh::recognizes, reader: Reader::Cells(gmsh::read) },
     Format { name: "Exodus II", suffixes: exodus::SUFFIXES, recognizes: exodus::recognizes, reader: Reader::Cells(exodus::read) },
     Format { name: "VTKHDF", suffixes: &["vtkhdf", "hdf"], recognizes: hdf::recognizes, reader: Reader::Cells(hdf::read) },
+    Format { name: "Medit mesh", suffixes: &["mesh", "meshb"], recognizes: medit::recognizes, reader: Reader::Cells(medit::read) },
+    Format { name: "SU2 mesh", suffixes: &["su2"], recognizes: |_| false, reader: Reader::Cells(su2::read) },
+    Format { name: "TetGen mesh", suffixes: &["node", "ele"], recognizes: |_| false, reader: Reader::Cells(tetgen::read) },
+    Format { name: "Abaqus or CalculiX mesh", suffixes: &["inp"], recognizes: abaqus::recognizes, reader: Reader::Cells(abaqus::read) },
     Format { name: "NRRD", suffixes: &["nrrd", "nhdr"], recognizes: nrrd::recognizes, reader: Reader::Grid(nrrd::read) },
     Format { name: "PLOT3D", suffixes: plot3d::SUFFIXES, recognizes: |_| false, reader: Reader::Structured(plot3d::read) },
     Format { name: "OpenFOAM case", suffixes: openfoam::SUFFIXES, recognizes: |_| false, reader: Reader::Cells(openfoam::read) },
@@ -71,6 +83,18 @@ pub struct Format {
     pub suffixes: &'static [&'static str],
     recognizes: fn(&[u8]) -> bool,
     reader: Reader,
+}
+
+impl Format {
+    /// What its files hold, in words.
+    pub fn holds(&self) -> &'static str {
+        match self.reader {
+            Reader::Grid(_) => "a volume",
+            Reader::Either(_) => "a mesh or a volume",
+            Reader::Structured(_) | Reader::Mesh(_) => "a curvilinear grid",
+            Reader::Vtk(_) | Reader::Cells(_) => "a mesh",
+        }
+    }
 }
 
 /// What reads a format.
@@ -109,7 +133,7 @@ pub enum Contents {
     /// Cells of any type.
     Cells(UnstructuredGrid),
     /// Tets.
-    Mesh(TetMesh),
+    Tets(MeshParts),
     /// A volume of one of its arrays.
     Grid(Grid),
 }
@@ -248,6 +272,12 @@ fn opened<T>(path: &Path, read: impl FnOnce(&Source<'_>) -> Result<T, Problem>) 
     found.map_err(|problem| named(path, problem))
 }
 
+/// What a file that is in memory holds, as [`read_embedded`] reads it.
+pub fn embedded_contents(name: &str, bytes: &[u8], progress: &Progress) -> Result<Contents, FormatError> {
+    let path = Path::new(name);
+    contents(&Source::Bytes(bytes), path, &ReadOptions::default(), progress).map_err(|problem| named(path, problem))
+}
+
 fn open(path: &Path) -> Result<(File, u64), Problem> {
     let file = File::open(path)?;
     let metadata = file.metadata()?;
@@ -268,7 +298,7 @@ fn named(path: &Path, problem: Problem) -> FormatError {
 fn read_source(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &Progress) -> Result<Data, Problem> {
     Ok(match contents(source, path, options, progress)? {
         Contents::Cells(grid) => Data::Mesh(TetMesh::new(to_tets(grid)?)?),
-        Contents::Mesh(mesh) => Data::Mesh(mesh),
+        Contents::Tets(parts) => Data::Mesh(TetMesh::new(parts)?),
         Contents::Grid(grid) => Data::Grid(grid),
     })
 }
@@ -291,7 +321,7 @@ fn contents(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &
     Ok(match found {
         Found::Cells(grid) => Contents::Cells(grid),
         Found::Grid(grid) => Contents::Grid(grid),
-        Found::Mesh(parts) => Contents::Mesh(TetMesh::new(parts)?),
+        Found::Mesh(parts) => Contents::Tets(parts),
     })
 }
 

@@ -361,7 +361,11 @@ fn broken_headers_are_named_by_key_and_expectation() {
     let legacy = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 3 2 2\nPOINT_DATA 12\nSCALARS s int\n0 1 2 3 4 5 6 7 8 9 10 11\n";
     for (from, to, expected) in [
         ("ASCII", "EBCDIC", "line 3 is \"EBCDIC\", expected ASCII or BINARY"),
-        ("STRUCTURED_POINTS", "HYPER_TREE", "DATASET is \"HYPER_TREE\", expected STRUCTURED_POINTS, STRUCTURED_GRID, RECTILINEAR_GRID, UNSTRUCTURED_GRID, POLYDATA, which"),
+        (
+            "STRUCTURED_POINTS",
+            "HYPER_TREE",
+            "DATASET is \"HYPER_TREE\", expected STRUCTURED_POINTS, STRUCTURED_GRID, RECTILINEAR_GRID, UNSTRUCTURED_GRID, POLYDATA, which",
+        ),
         ("DIMENSIONS 3 2 2\n", "", "DIMENSIONS is missing"),
         ("DIMENSIONS 3 2 2", "DIMENSIONS 3 2 9", "the size of array \"s\" is \"12\", expected 54, by DIMENSIONS 3 2 9"),
         ("SCALARS s int", "SCALARS s text", "the type of array \"s\" is \"text\""),

@@ -12,6 +12,7 @@ mod layered;
 mod locator;
 mod pick;
 pub mod quality;
+mod report;
 mod structured;
 mod tet_mesh;
 mod to_tets;
@@ -24,6 +25,7 @@ pub use field::{Association, Component, FieldError, FieldSelection, NotAComponen
 pub use file_cells::FileCells;
 pub use layered::{ArrayLayout, LayeredMesh, Precision, collect};
 pub use locator::{Locator, Place};
+pub use report::MeshReport;
 pub use structured::{StructuredBlock, split_into_tets};
 pub use tet_mesh::{DataArray, MeshError, MeshParts, TetMesh, Values};
 pub use to_tets::to_tets;

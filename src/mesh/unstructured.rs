@@ -1,6 +1,6 @@
 //! [`UnstructuredGrid`]: what a file of cells of any type holds, before its cells with a volume become tets.
 
-use super::{CellType, DataArray};
+use super::{CellType, DataArray, MeshParts};
 use glam::DVec3;
 
 /// Cells of any type, one behind the other, with their points.
@@ -138,6 +138,18 @@ impl UnstructuredGrid {
             self.active_scalars = active_scalars;
         }
         Ok(())
+    }
+}
+
+impl TryFrom<MeshParts> for UnstructuredGrid {
+    type Error = TooManyCellPoints;
+
+    /// Tets as cells. Cells that were cut into tets stay cut.
+    fn try_from(parts: MeshParts) -> Result<Self, TooManyCellPoints> {
+        let MeshParts { points, tets, point_data, cell_data, active_scalars, notes, .. } = parts;
+        let mut cells = Cells::with_capacity(tets.len(), 4 * tets.len());
+        tets.iter().try_for_each(|tet| cells.push(CellType::TETRA, tet))?;
+        Ok(UnstructuredGrid { points, cells, point_data, cell_data, active_scalars, notes, ..UnstructuredGrid::default() })
     }
 }
 

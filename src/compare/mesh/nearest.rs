@@ -115,19 +115,22 @@ impl Nearest {
     pub fn first_met(&self, origin: DVec3, direction: DVec3) -> Option<(u32, f64)> {
         let mut best: Option<(u32, f64)> = None;
         let inverse = direction.recip();
-        let leaves = self.first_leaf + 1;
-        let mut stack = vec![0usize];
-        while let Some(node) = stack.pop() {
+        // Where the ray enters a box; comparisons are such that 0 / 0 along a side of it does not lose it.
+        let enters = |node: usize| {
             let [low, high] = self.boxes[node];
             let (x, y) = ((low - origin) * inverse, (high - origin) * inverse);
-            let (enter, leave) = (x.min(y).max_element(), x.max(y).min_element());
-            let nearest = best.map_or(f64::INFINITY, |best| best.1);
-            // Not "enter > leave": 0 / 0 along the side of a box must not lose it.
-            if leave < enter.max(0.0) || enter > nearest {
+            let (enter, leave) = (x.min(y).max_element().max(0.0), x.max(y).min_element());
+            if leave < enter || low.x > high.x { f64::INFINITY } else { enter }
+        };
+        let leaves = self.first_leaf + 1;
+        let mut stack = vec![(enters(0), 0usize)];
+        while let Some((enter, node)) = stack.pop() {
+            if enter == f64::INFINITY || best.is_some_and(|best| enter > best.1) {
                 continue;
             }
             if node < self.first_leaf {
-                stack.extend([2 * node + 1, 2 * node + 2]);
+                let [left, right] = [2 * node + 1, 2 * node + 2].map(|child| (enters(child), child));
+                stack.extend(if left.0 <= right.0 { [right, left] } else { [left, right] });
                 continue;
             }
             let (leaf, count) = (node - self.first_leaf, self.triangles.len());

@@ -94,7 +94,11 @@ impl Mesh {
             }
         }
         if tags.len() != total {
-            return Err(ParseError::invalid(numbers.place(), format!("{} elements in blocks", tags.len()), format!("the {total} announced")));
+            return Err(ParseError::invalid(
+                numbers.place(),
+                format!("{} elements in blocks", tags.len()),
+                format!("the {total} announced"),
+            ));
         }
         Ok(numbers)
     }

@@ -84,7 +84,11 @@ impl Mesh {
             }
         }
         if self.points.len() != total {
-            return Err(ParseError::invalid(numbers.place(), format!("{} nodes in blocks", self.points.len()), format!("the {total} announced")));
+            return Err(ParseError::invalid(
+                numbers.place(),
+                format!("{} nodes in blocks", self.points.len()),
+                format!("the {total} announced"),
+            ));
         }
         Ok(numbers)
     }

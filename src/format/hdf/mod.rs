@@ -3,19 +3,24 @@
 //!
 //! The file is read by `hdf5-reader`. Links to other files and raw data outside the file are refused.
 
+mod file;
+mod joined;
 mod numbers;
+#[cfg(test)]
+mod tests;
+mod vtkhdf;
 
+pub(super) use file::Hdf;
+pub(super) use joined::Joined;
 pub(super) use numbers::{Budget, Numbers, Pieces};
 
 use super::source::Source;
 use super::{GridFile, ParseError};
 use crate::mesh::UnstructuredGrid;
 use crate::progress::Progress;
+use hdf5_reader::OpenOptions;
 use hdf5_reader::error::Error;
-use hdf5_reader::group::Group;
 use hdf5_reader::storage::{BytesStorage, DynStorage, FileStorage};
-use hdf5_reader::{Dataset, Datatype, H5Type, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem};
-use std::ops::Range;
 use std::sync::Arc;
 
 /// What every HDF5 file starts with, unless it has a block of the user's before it.
@@ -30,7 +35,21 @@ pub(super) fn recognizes(start: &[u8]) -> bool {
 
 /// Reads a mesh from an HDF5 file: VTKHDF or Exodus II.
 pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<UnstructuredGrid, ParseError> {
-    super::exodus::read(file, progress)
+    progress.begin("reading", file.source.len());
+    let opened = Hdf::open(file.source, progress)?;
+    if opened.group(vtkhdf::ROOT)?.is_some() {
+        return vtkhdf::read(&opened);
+    }
+    let (groups, sets) = opened.names_in("/")?;
+    if sets.iter().any(|name| name == "coordx" || name == "coord" || name == "connect1") {
+        return super::exodus::read(file, progress);
+    }
+    let has: Vec<String> = groups.into_iter().chain(sets).take(8).collect();
+    let has = if has.is_empty() { "nothing".into() } else { has.join(", ") };
+    Err(ParseError::Unsupported(format!(
+        "is an HDF5 file with {has}; octetra reads VTKHDF (a group VTKHDF), Exodus II (data sets coordx and connect1), and the files of an XDMF file, \
+         which is the one to open"
+    )))
 }
 
 /// Where the crates find the bytes of a file.

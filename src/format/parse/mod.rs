@@ -97,3 +97,14 @@ pub(super) fn shown(bytes: &[u8]) -> String {
     let text: String = String::from_utf8_lossy(bytes).trim().chars().take(40).collect();
     format!("\"{}\"", text.escape_debug())
 }
+
+/// What a reader makes of bytes in memory, for tests.
+#[cfg(test)]
+pub(super) fn parsed(
+    read: fn(&GridFile<'_>, &crate::progress::Progress) -> Result<crate::mesh::UnstructuredGrid, ParseError>,
+    bytes: &[u8],
+) -> Result<crate::mesh::UnstructuredGrid, ParseError> {
+    let source = super::Source::Bytes(bytes);
+    let file = GridFile { source: &source, path: Path::new("a mesh"), options: &super::ReadOptions::default() };
+    read(&file, &crate::progress::Progress::new())
+}

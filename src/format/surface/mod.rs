@@ -6,7 +6,10 @@
 pub(super) mod obj;
 pub(super) mod off;
 pub(super) mod ply;
+mod ply_write;
 pub(super) mod stl;
+
+pub use ply_write::write_ply;
 
 use super::ParseError;
 use crate::mesh::{CellType, Cells};

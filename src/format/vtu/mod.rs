@@ -17,6 +17,7 @@ pub(super) mod structured;
 #[cfg(test)]
 mod tests;
 pub mod write;
+pub mod write_grid;
 pub(super) mod xml;
 
 pub use data::ArrayError;

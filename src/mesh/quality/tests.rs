@@ -162,9 +162,9 @@ fn flat_tets_are_counted_apart_and_come_first_among_the_worst() {
         assert!(values[0].is_finite() && values[2].is_finite(), "{metric}");
         let infinite = match metric {
             Metric::Distortion | Metric::Volume | Metric::Jacobian | Metric::RelativeSizeSquared => 0,
-            _ if metric.divides_by_volume() => 2,
-            // Flat or a point, a tet has no solid angle; a point has no other angles and ratios.
-            Metric::Shape | Metric::ShapeAndSize | Metric::SolidAngle => 0,
+            _ if metric.of_flat() == Some(f64::INFINITY) => 2,
+            // A point has no ratios and angles.
+            Metric::Shape | Metric::ShapeAndSize | Metric::EquivolumeSkew | Metric::NormalizedInradius => 0,
             _ => 1,
         };
         assert_eq!(summary.infinite, infinite, "{metric}: {values:?}");
@@ -239,4 +239,20 @@ fn a_mesh_with_its_values_is_written_as_the_file_had_it() {
     let array = &again.cell_data()[0];
     assert_eq!((array.name.as_str(), array.values.get(1)), ("quality:volume", all(&again, Metric::Volume, Rule::Definition)[1]));
     assert!(array.values.get(1) < 0.0);
+}
+
+#[test]
+fn the_functions_of_our_own_are_as_good_as_the_standard_ones() {
+    for i in 0..=100_000 {
+        let x = f64::from(i) * std::f64::consts::PI / 100_000.0;
+        let found = formulas::angle(3.0 * x.sin(), 3.0 * x.cos());
+        assert!((found - x).abs() <= 1e-15 * x.max(0.4), "{x}: {found}");
+        let y = 10f64.powf(f64::from(i) / 250.0 - 200.0);
+        assert!((formulas::cube_root(y) - y.cbrt()).abs() <= 1e-15 * y.cbrt(), "{y}");
+    }
+    assert!(formulas::angle(0.0, 0.0).is_nan() && formulas::angle(f64::NAN, 1.0).is_nan());
+    assert_eq!(
+        (formulas::cube_root(0.0), formulas::angle(0.0, -2.0), formulas::angle(1.0, 0.0)),
+        (0.0, std::f64::consts::PI, std::f64::consts::FRAC_PI_2)
+    );
 }

@@ -1,6 +1,6 @@
 //! The values of a metric over a mesh.
 
-use super::formulas::{Tet, Vector};
+use super::formulas::{Tet, Vector, angle, larger};
 use super::metric::{Metric, REGULAR_DEGREES};
 use crate::mesh::TetMesh;
 use crate::progress::{Cancelled, Progress};
@@ -25,18 +25,25 @@ const CHUNK: usize = 1 << 14;
 
 /// A metric of each tet, in the orientation that the file gives it. Lengths are in units of the mesh, angles in degrees, the solid angle in
 /// steradians. Where the definition divides by 0 the value is infinite or NaN; a tet that counts as without volume
-/// ([`TetMesh::is_zero_volume`]) is given an infinite value of those that divide by the volume.
+/// ([`TetMesh::is_zero_volume`]) is given the limit of metrics that divide by the volume: infinite, but for two.
 pub fn values(mesh: &TetMesh, metric: Metric, rule: Rule, progress: &Progress) -> Result<Vec<f64>, Cancelled> {
+    let mut values = Vec::new();
+    values_into(&mut values, mesh, metric, rule, progress)?;
+    Ok(values)
+}
+
+/// The same into a vector that was used before: memory that is new costs more than most metrics.
+pub fn values_into(values: &mut Vec<f64>, mesh: &TetMesh, metric: Metric, rule: Rule, progress: &Progress) -> Result<(), Cancelled> {
     let task = Task { mesh, scale: scale(mesh), metric, rule, mean_jacobian: 0.0 };
-    let mut values = vec![0.0; mesh.tets().len()];
+    values.resize(mesh.tets().len(), 0.0);
     let mut mean_jacobian = 0.0;
     if matches!(metric, Metric::RelativeSizeSquared | Metric::ShapeAndSize) {
-        Task { metric: Metric::Jacobian, ..task }.fill(&mut values, progress)?;
+        Task { metric: Metric::Jacobian, ..task }.fill(values, progress)?;
         // Through fixed pieces, so that the sum is the same for any number of threads.
         let sums: Vec<f64> = values.par_chunks(CHUNK).map(|chunk| chunk.iter().sum()).collect();
         mean_jacobian = sums.iter().sum::<f64>() / values.len() as f64;
     }
-    Task { mean_jacobian, ..task }.fill(&mut values, progress)?;
+    Task { mean_jacobian, ..task }.fill(values, progress)?;
     // A power of two: nothing is rounded, and what is too large or small for an f64 becomes so once.
     let dimension = match metric {
         Metric::Inradius => 1,
@@ -46,11 +53,11 @@ pub fn values(mesh: &TetMesh, metric: Metric, rule: Rule, progress: &Progress) -
     if dimension > 0 && task.scale != 1.0 {
         values.par_iter_mut().with_min_len(CHUNK).for_each(|value| (0..dimension).for_each(|_| *value /= task.scale));
     }
-    if rule == Rule::Definition && metric.divides_by_volume() && mesh.zero_volume_count() > 0 {
-        let flat = (0..values.len()).filter(|&tet| mesh.is_zero_volume(tet));
-        flat.for_each(|tet| values[tet] = f64::INFINITY);
+    if let (Some(value), Rule::Definition) = (metric.of_flat(), rule) {
+        let flat = (0..values.len()).filter(|&tet| mesh.zero_volume_count() > 0 && mesh.is_zero_volume(tet));
+        flat.for_each(|tet| values[tet] = value);
     }
-    Ok(values)
+    Ok(())
 }
 
 /// A metric of one tet by itself, as [`values`] gives it; [`Metric::RelativeSizeSquared`] then is that of a mesh of this tet.
@@ -180,11 +187,13 @@ impl Block {
         *out = found;
     }
 
-    /// Functions of a sine and a cosine, for which there are no vector instructions.
+    /// An angle from its sine and cosine, times a factor.
     #[inline(always)]
     fn angle(&self, out: &mut [f64; BLOCK], f: impl Fn(Tet) -> [f64; 2], factor: f64) {
         let [sines, cosines] = self.each(f);
-        angles(&sines, &cosines, factor, out);
+        for i in 0..BLOCK {
+            out[i] = angle(sines[i], cosines[i]) * factor;
+        }
     }
 
     #[inline(always)]
@@ -228,20 +237,15 @@ impl Block {
         self.angle(min, |tet| tet.min_dihedral(false), degrees);
         self.angle(max, |tet| tet.max_dihedral(), degrees);
         let [sines, cosines, large_sines, large_cosines] = self.each(|tet| tet.face_angles());
-        angles(&sines, &cosines, degrees, min_face);
-        angles(&large_sines, &large_cosines, degrees, max_face);
-        for (i, out) in out.iter_mut().enumerate() {
-            let dihedral = ((max[i] - REGULAR_DEGREES) / (180.0 - REGULAR_DEGREES)).max((REGULAR_DEGREES - min[i]) / REGULAR_DEGREES);
-            let in_faces = ((max_face[i] - 60.0) / 120.0).max((60.0 - min_face[i]) / 60.0);
-            // Not `max` of f64, which passes NaN over.
-            *out = if dihedral > in_faces { dihedral } else { in_faces };
+        for i in 0..BLOCK {
+            min_face[i] = angle(sines[i], cosines[i]) * degrees;
+            max_face[i] = angle(large_sines[i], large_cosines[i]) * degrees;
         }
-    }
-}
-
-/// The angles whose sines and cosines, with any common factor, these are, times a factor.
-fn angles(sines: &[f64; BLOCK], cosines: &[f64; BLOCK], factor: f64, out: &mut [f64; BLOCK]) {
-    for i in 0..BLOCK {
-        out[i] = sines[i].atan2(cosines[i]) * factor;
+        for i in 0..BLOCK {
+            let over = larger((max[i] - REGULAR_DEGREES) / (180.0 - REGULAR_DEGREES), (max_face[i] - 60.0) / 120.0);
+            let under = larger((REGULAR_DEGREES - min[i]) / REGULAR_DEGREES, (60.0 - min_face[i]) / 60.0);
+            // Of a face without an area the dihedral angles are NaN, which stays.
+            out[i] = larger(over, under) + 0.0 * max[i];
+        }
     }
 }
