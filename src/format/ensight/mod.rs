@@ -113,6 +113,8 @@ pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<Unstructu
     let time = time
         .map(|set| format!("the last of {} times is shown{}", set.steps, set.values.last().map_or(String::new(), |t| format!(", {t}"))));
     grid.notes = time.into_iter().chain(std::mem::take(&mut case.notes)).chain(geometry.notes).collect();
+    grid.active_scalars =
+        case.variables.iter().find(|variable| variable.components == 1).or(case.variables.first()).map(|v| v.name.clone());
     (grid.points, grid.cells) = (geometry.points, geometry.cells);
     Ok(grid)
 }
