@@ -5,6 +5,8 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 #[path = "app/planes.rs"]
 mod planes;
+#[path = "app/quality.rs"]
+mod quality;
 mod steps;
 #[path = "app/threshold.rs"]
 mod threshold;

@@ -68,6 +68,11 @@ impl Viewer {
         self.quality.found.as_ref().map(|(_, summary)| summary)
     }
 
+    /// The array that is shown.
+    pub fn array(&self) -> Option<&str> {
+        self.settings.field.name.as_deref()
+    }
+
     /// The cell whose edges are drawn over the picture.
     pub fn marked_cell(&self) -> Option<WorstCell> {
         let (of, cell) = self.quality.marked.as_ref()?;
@@ -175,7 +180,9 @@ impl Viewer {
         let edges = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
         let edges: Vec<_> = edges.into_iter().filter_map(|(a, b)| Some([places[a]?, places[b]?])).collect();
         for (width, color) in [(3.5, Color32::BLACK), (1.5, MARK)] {
-            edges.iter().for_each(|edge| drop(painter.line_segment(*edge, Stroke::new(width, color))));
+            for edge in &edges {
+                painter.line_segment(*edge, Stroke::new(width, color));
+            }
         }
         for place in places.into_iter().flatten() {
             painter.circle(place, 2.5, MARK, Stroke::new(1.0, Color32::BLACK));

@@ -93,11 +93,11 @@ fn inverted_tets_are_judged_as_the_file_has_them() {
         let expected = match metric {
             Metric::Shape => [0.0, 0.0],
             Metric::Amips => [f64::INFINITY; 2],
-            Metric::SquishIndex => [2.0, f64::NAN],
-            // The least of negative heights is the one furthest below 0.
-            Metric::CollapseRatio => [-0.70710678, f64::NAN],
-            // As is the smallest inradius of the parts.
-            Metric::NormalizedInradius => [f64::NAN; 2],
+            // Normals point inwards.
+            Metric::SquishIndex => [2.0, 1.96505662],
+            // The least of negative heights, and of radii, is the one furthest below 0.
+            Metric::CollapseRatio => [-0.70710678, -1.06495559],
+            Metric::NormalizedInradius => [-0.75802069, -0.90922833],
             Metric::Condition | Metric::Jacobian | Metric::ScaledJacobian | Metric::MeanRatio | Metric::Inradius | Metric::Volume => {
                 [-corner, -odd]
             }
@@ -125,6 +125,9 @@ fn sizes_are_against_the_mean_of_the_mesh() {
     assert!((size[0] - small).abs() < 1e-15 && (size[1] - large).abs() < 1e-15 && size[2] == 0.0, "{size:?}");
     let both = all(&mesh, Metric::ShapeAndSize, Rule::Definition);
     assert!((both[1] - large * 0.83994737).abs() < 1e-8 && both[2] == 0.0);
+    // Against a mean that is not above 0 there are none.
+    let mesh = self::mesh(&[CORNER, mirrored(ODD)]);
+    assert!(all(&mesh, Metric::RelativeSizeSquared, Rule::Definition).iter().all(|size| size.is_infinite()));
 }
 
 #[test]

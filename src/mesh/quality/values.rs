@@ -64,7 +64,9 @@ pub fn values_into(values: &mut Vec<f64>, mesh: &TetMesh, metric: Metric, rule: 
 pub fn of_tet(corners: [DVec3; 4], metric: Metric, rule: Rule) -> f64 {
     let p = corners.map(|p| p.to_array());
     let mut out = [0.0; BLOCK];
-    Block::new(|_| p, 1).judge(metric, rule, Tet::new(p).jacobian, &mut out);
+    let mut block = Block::new();
+    block.fill(|_| p, 1);
+    block.judge(metric, rule, Tet::new(p).jacobian(), &mut out);
     out[0]
 }
 
@@ -116,6 +118,7 @@ impl pulp::WithSimd for Kernel<'_> {
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Task { mesh, scale, metric, rule, mean_jacobian } = self.task;
         let (tets, points, turns) = (mesh.tets(), mesh.points(), mesh.inverted_count() > 0);
+        let mut block = Block::new();
         for (i, out) in self.out.chunks_mut(BLOCK).enumerate() {
             let first = self.first + i * BLOCK;
             let corners = |k: usize| {
@@ -130,7 +133,7 @@ impl pulp::WithSimd for Kernel<'_> {
                 };
                 [point(a), point(b), point(c), point(d)]
             };
-            let block = Block::new(corners, out.len());
+            block.fill(corners, out.len());
             match out.try_into() {
                 Ok(out) => block.judge(metric, rule, mean_jacobian, out),
                 Err(_) => {
@@ -149,51 +152,55 @@ struct Block {
 }
 
 impl Block {
-    /// The first `count` tets, at least 1; the rest are as the first.
+    fn new() -> Self {
+        Block { coordinates: [[0.0; BLOCK]; 12] }
+    }
+
+    /// Takes the first `count` tets, at least 1; the rest are as the first.
     #[inline(always)]
-    fn new(corners: impl Fn(usize) -> [Vector; 4], count: usize) -> Self {
-        let mut coordinates = [[0.0; BLOCK]; 12];
+    fn fill(&mut self, corners: impl Fn(usize) -> [Vector; 4], count: usize) {
         for i in 0..BLOCK {
             let p = corners(if i < count { i } else { 0 });
             for corner in 0..4 {
                 for axis in 0..3 {
-                    coordinates[3 * corner + axis][i] = p[corner][axis];
+                    self.coordinates[3 * corner + axis][i] = p[corner][axis];
                 }
             }
         }
-        Block { coordinates }
     }
 
     #[inline(always)]
-    fn each<const N: usize>(&self, f: impl Fn(Tet) -> [f64; N]) -> [[f64; BLOCK]; N] {
+    fn each<const N: usize>(&self, out: &mut [[f64; BLOCK]; N], f: impl Fn(&Tet) -> [f64; N]) {
         let c = &self.coordinates;
-        let mut out = [[0.0; BLOCK]; N];
         for i in 0..BLOCK {
-            let corner = |k: usize| [c[3 * k][i], c[3 * k + 1][i], c[3 * k + 2][i]];
-            let found = f(Tet::new([corner(0), corner(1), corner(2), corner(3)]));
+            let p = [[c[0][i], c[1][i], c[2][i]], [c[3][i], c[4][i], c[5][i]], [c[6][i], c[7][i], c[8][i]], [c[9][i], c[10][i], c[11][i]]];
+            let found = f(&Tet::new(p));
             for n in 0..N {
                 out[n][i] = found[n];
             }
         }
-        out
     }
 
     #[inline(always)]
-    fn one(&self, out: &mut [f64; BLOCK], f: impl Fn(Tet) -> f64) {
-        let [found] = self.each(
+    fn one(&self, out: &mut [f64; BLOCK], f: impl Fn(&Tet) -> f64) {
+        self.each(
+            std::array::from_mut(out),
             #[inline(always)]
             |tet| [f(tet)],
         );
-        *out = found;
     }
 
     /// An angle from its sine and cosine, times a factor.
     #[inline(always)]
-    fn angle(&self, out: &mut [f64; BLOCK], f: impl Fn(Tet) -> [f64; 2], factor: f64) {
-        let [sines, cosines] = self.each(f);
-        for i in 0..BLOCK {
-            out[i] = angle(sines[i], cosines[i]) * factor;
-        }
+    fn angle(&self, out: &mut [f64; BLOCK], f: impl Fn(&Tet) -> [f64; 2], factor: f64) {
+        self.one(
+            out,
+            #[inline(always)]
+            |tet| {
+                let [sine, cosine] = f(tet);
+                angle(sine, cosine) * factor
+            },
+        );
     }
 
     #[inline(always)]
@@ -201,51 +208,52 @@ impl Block {
         let vtk = rule == Rule::Vtk;
         let degrees = 1f64.to_degrees();
         match metric {
-            Metric::EdgeRatio => self.one(out, |tet| tet.edge_ratio()),
-            Metric::AspectRatio => self.one(out, |tet| tet.aspect_ratio()),
-            Metric::RadiusRatio => self.one(out, |tet| tet.radius_ratio()),
-            Metric::AspectGamma => self.one(out, |tet| tet.aspect_gamma()),
-            Metric::AspectFrobenius => self.one(out, |tet| tet.aspect_frobenius()),
-            Metric::Condition => self.one(out, |tet| tet.condition()),
-            Metric::CollapseRatio if vtk => self.one(out, |tet| tet.collapse_ratio(true)),
-            Metric::CollapseRatio => self.one(out, |tet| tet.collapse_ratio(false)),
-            Metric::Jacobian => self.one(out, |tet| tet.jacobian),
-            Metric::ScaledJacobian => self.one(out, |tet| tet.scaled_jacobian()),
-            Metric::Shape => self.one(out, |tet| tet.shape()),
-            Metric::RelativeSizeSquared => self.one(out, |tet| tet.relative_size_squared(mean_jacobian)),
-            Metric::ShapeAndSize => self.one(out, |tet| tet.shape() * tet.relative_size_squared(mean_jacobian)),
-            Metric::MeanRatio => self.one(out, |tet| tet.mean_ratio()),
-            Metric::MinAngle if vtk => self.angle(out, |tet| tet.min_dihedral(true), degrees),
-            Metric::MinAngle => self.angle(out, |tet| tet.min_dihedral(false), degrees),
-            Metric::MaxAngle => self.angle(out, |tet| tet.max_dihedral(), degrees),
-            Metric::SolidAngle => self.angle(out, |tet| tet.half_solid_angle(), 2.0),
-            Metric::EquiangleSkew => self.equiangle_skew(out),
-            Metric::EquivolumeSkew => self.one(out, |tet| tet.equivolume_skew()),
-            Metric::SquishIndex => self.one(out, |tet| tet.squish_index()),
-            Metric::Inradius => self.one(out, |tet| tet.inradius()),
-            Metric::NormalizedInradius => self.one(out, |tet| tet.normalized_inradius()),
+            Metric::EdgeRatio => self.one(out, Tet::edge_ratio),
+            Metric::AspectRatio => self.one(out, Tet::aspect_ratio),
+            Metric::RadiusRatio => self.one(out, Tet::radius_ratio),
+            Metric::AspectGamma => self.one(out, Tet::aspect_gamma),
+            Metric::AspectFrobenius => self.one(out, Tet::aspect_frobenius),
+            Metric::Condition => self.one(out, Tet::condition),
+            Metric::CollapseRatio if vtk => self.one(out, Tet::collapse_ratio::<true>),
+            Metric::CollapseRatio => self.one(out, Tet::collapse_ratio::<false>),
+            Metric::Jacobian => self.one(out, Tet::jacobian),
+            Metric::ScaledJacobian => self.one(out, Tet::scaled_jacobian),
+            Metric::Shape => self.one(out, Tet::shape),
+            Metric::RelativeSizeSquared => self.one(
+                out,
+                #[inline(always)]
+                |tet| tet.relative_size_squared(mean_jacobian),
+            ),
+            Metric::ShapeAndSize => self.one(
+                out,
+                #[inline(always)]
+                |tet| tet.shape() * tet.relative_size_squared(mean_jacobian),
+            ),
+            Metric::MeanRatio => self.one(out, Tet::mean_ratio),
+            Metric::MinAngle if vtk => self.angle(out, Tet::min_dihedral::<true>, degrees),
+            Metric::MinAngle => self.angle(out, Tet::min_dihedral::<false>, degrees),
+            Metric::MaxAngle => self.angle(out, Tet::max_dihedral, degrees),
+            Metric::SolidAngle => self.angle(out, Tet::half_solid_angle, 2.0),
+            Metric::EquiangleSkew => self.one(out, equiangle_skew),
+            Metric::EquivolumeSkew => self.one(out, Tet::equivolume_skew),
+            Metric::SquishIndex => self.one(out, Tet::squish_index),
+            Metric::Inradius => self.one(out, Tet::inradius),
+            Metric::NormalizedInradius => self.one(out, Tet::normalized_inradius),
             Metric::Distortion => *out = [1.0; BLOCK],
-            Metric::Volume => self.one(out, |tet| tet.jacobian / 6.0),
-            Metric::Amips => self.one(out, |tet| tet.amips()),
+            Metric::Volume => self.one(out, Tet::volume),
+            Metric::Amips => self.one(out, Tet::amips),
         }
     }
+}
 
-    #[inline(always)]
-    fn equiangle_skew(&self, out: &mut [f64; BLOCK]) {
-        let (mut extremes, degrees) = ([[0.0; BLOCK]; 4], 1f64.to_degrees());
-        let [min, max, min_face, max_face] = &mut extremes;
-        self.angle(min, |tet| tet.min_dihedral(false), degrees);
-        self.angle(max, |tet| tet.max_dihedral(), degrees);
-        let [sines, cosines, large_sines, large_cosines] = self.each(|tet| tet.face_angles());
-        for i in 0..BLOCK {
-            min_face[i] = angle(sines[i], cosines[i]) * degrees;
-            max_face[i] = angle(large_sines[i], large_cosines[i]) * degrees;
-        }
-        for i in 0..BLOCK {
-            let over = larger((max[i] - REGULAR_DEGREES) / (180.0 - REGULAR_DEGREES), (max_face[i] - 60.0) / 120.0);
-            let under = larger((REGULAR_DEGREES - min[i]) / REGULAR_DEGREES, (60.0 - min_face[i]) / 60.0);
-            // Of a face without an area the dihedral angles are NaN, which stays.
-            out[i] = larger(over, under) + 0.0 * max[i];
-        }
-    }
+#[inline(always)]
+fn equiangle_skew(tet: &Tet) -> f64 {
+    let degrees = 1f64.to_degrees();
+    let a = tet.extreme_angles();
+    let (min, max) = (angle(a[0], a[1]) * degrees, angle(a[2], a[3]) * degrees);
+    let (min_face, max_face) = (angle(a[4], a[5]) * degrees, angle(a[6], a[7]) * degrees);
+    let over = larger((max - REGULAR_DEGREES) / (180.0 - REGULAR_DEGREES), (max_face - 60.0) / 120.0);
+    let under = larger((REGULAR_DEGREES - min) / REGULAR_DEGREES, (60.0 - min_face) / 60.0);
+    // Of a face without an area the dihedral angles are NaN, which stays.
+    larger(over, under) + 0.0 * max
 }
