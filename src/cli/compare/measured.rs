@@ -78,9 +78,11 @@ impl Side {
         let (counts, points, mesh, surface, notes) = match contents {
             Contents::Grid(_) => bail!("{}: a regular volume; octetra compare takes meshes, surfaces and pictures", path.display()),
             Contents::Tets(parts) => {
+                let (points, tets) = (parts.points.len(), parts.tets.len() as u64);
                 let mesh = TetMesh::new(parts).with_context(named)?;
-                let tets = mesh.tets().len() as u64;
-                (vec![(CellType::TETRA, tets)], mesh.points().len(), Some(mesh), None, vec![])
+                let shape = mesh.file_cells().shape;
+                let counts = vec![(shape, tets / mesh.file_cells().tets_per_cell.max(1) as u64)];
+                (counts, points, Some(mesh), None, vec![])
             }
             Contents::Cells(grid) => {
                 let (counts, points) = (grid.cells.counts(), grid.points.len());
