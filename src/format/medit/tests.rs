@@ -57,6 +57,9 @@ fn text_and_all_binary_versions_are_read_alike() {
             files.push((format!("version {version}, big {is_big}"), binary(version, is_big)));
         }
     }
+    // A PLOT3D grid of one block of 2 x 3 x 9 points begins alike.
+    let plot3d: Vec<u8> = [1, 2, 3, 9].into_iter().flat_map(i32::to_le_bytes).chain([0; 64]).collect();
+    assert!(!recognizes(&plot3d));
     for (name, bytes) in files {
         assert!(recognizes(&bytes), "{name}");
         let grid = parsed(read, &bytes).unwrap_or_else(|error| panic!("{name}: {error}"));
