@@ -123,8 +123,8 @@ impl Walker<'_> {
         let bad = || VolumeError::key(&keyword, &words.join(" "), "two counts");
         let count = |i: usize| words.get(i).and_then(|n| n.parse::<u64>().ok()).ok_or_else(bad);
         let (first, second) = (count(1)?, count(2)?);
-        let at = self.lines.at;
-        let line = self.lines.next()?.unwrap_or_default();
+        let start = self.lines.source.read(self.lines.at, (self.lines.source.len() - self.lines.at).min(7) as usize)?;
+        let has_offsets = start.eq_ignore_ascii_case(b"OFFSETS");
         let typed = |walker: &mut Self, line: &str, name: &str, count: u64| {
             let words: Vec<&str> = line.split_ascii_whitespace().collect();
             match words[..] {
@@ -132,7 +132,8 @@ impl Walker<'_> {
                 _ => Err(VolumeError::key(&keyword, line, format!("{name} and a type"))),
             }
         };
-        let list = if line.to_uppercase().starts_with("OFFSETS") {
+        let list = if has_offsets {
+            let line = self.lines.next()?.unwrap_or_default();
             typed(self, &line, "OFFSETS", first)?;
             let line = loop {
                 match self.lines.next()? {
@@ -143,7 +144,6 @@ impl Walker<'_> {
             typed(self, &line, "CONNECTIVITY", second)?;
             self.arrays.pop().zip(self.arrays.pop()).map(|(points, offsets)| List::Offsets(offsets, points))
         } else {
-            self.lines.at = at;
             self.array(&keyword, "int", 1, second, false)?;
             self.arrays.pop().map(|array| List::Counted(first, array))
         };
