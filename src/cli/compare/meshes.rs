@@ -88,7 +88,10 @@ impl MeshesArgs {
 pub fn compare_meshes(paths: [&PathBuf; 2], json: Option<&Path>, max_difference: Option<f64>, args: &MeshesArgs) -> Result<()> {
     check_outputs(paths, json, args)?;
     let transfer = args.transfer.read(None)?;
-    let sides = [Side::read(paths[0])?, Side::read(paths[1])?];
+    let mut sides = [Side::read(paths[0])?, Side::read(paths[1])?];
+    if sides[0].name == sides[1].name {
+        sides.iter_mut().for_each(|side| side.name = side.path.display().to_string());
+    }
     let (fields, why_not) = fields(&sides, args)?;
     if let (None, Some(flag)) = (&fields, needs_field(args, max_difference)) {
         bail!("--{flag} needs a field on both meshes, and {why_not}");
