@@ -51,6 +51,7 @@ fn options(folder: &Path) -> Options {
         recent: None,
         subject: Subject::Mesh(Arc::new(mesh), Arc::new(field)),
         component: Component::Magnitude,
+        compare_with: None,
         view: View { camera, transfer_function, settings: RenderSettings::new(64, 64) },
         params: OctreeParams { max_depth: 5, ..OctreeParams::default() },
         error: ErrorSampling { points: POINTS, ..ErrorSampling::default() },

@@ -153,7 +153,8 @@ fn damaged_files_are_read_or_refused() {
         for thread in 0..threads {
             let (seeds, running, done, accepted, failures, keep) = (&seeds, &running, &done, &accepted, &failures, &keep);
             scope.spawn(move || {
-                let mut random = Random((first.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (thread as u64 + 1).wrapping_mul(0xd1b5_4a32_d192_ed03)) | 1);
+                let mut random =
+                    Random((first.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (thread as u64 + 1).wrapping_mul(0xd1b5_4a32_d192_ed03)) | 1);
                 while done.fetch_add(1, Relaxed) < wanted && failures.lock().expect("no panic while locked").len() < 10 {
                     let seed = random.below(seeds.len());
                     let mut bytes = seeds[seed].bytes.clone();

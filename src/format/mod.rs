@@ -1,13 +1,13 @@
 //! Files to meshes and volumes: one file a format, one registry line each.
 
+mod abaqus;
+#[cfg(test)]
+mod damage_tests;
 mod ensight;
 mod exodus;
 pub mod gmsh;
 mod gmsh;
 mod hdf;
-mod abaqus;
-#[cfg(test)]
-mod damage_tests;
 mod legacy_vtk;
 mod medit;
 mod meta_image;
