@@ -5,6 +5,7 @@ use super::long_work::with_bar;
 use super::subject::read_contents;
 use super::usage::usage;
 use crate::format::Contents;
+use crate::format::gmsh::write_grid as write_msh;
 use crate::format::vtu::write::Compression;
 use crate::format::vtu::write_grid::write_grid as write_vtu;
 use crate::mesh::{counts_in_words, to_tets};
@@ -68,7 +69,7 @@ impl ConvertCommand {
             Contents::Tets(parts) => parts.try_into()?,
         };
         match is_msh {
-            true => bail!("later"),
+            true => with_bar(|progress| write_msh(&self.output, &grid, !self.ascii, progress))?,
             false => {
                 let compression = if self.uncompressed { Compression::None } else { Compression::Zlib };
                 with_bar(|progress| write_vtu(&self.output, &grid, compression, progress))?;

@@ -6,7 +6,6 @@ mod damage_tests;
 mod ensight;
 mod exodus;
 pub mod gmsh;
-mod gmsh;
 mod hdf;
 mod legacy_vtk;
 mod medit;

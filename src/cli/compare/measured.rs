@@ -77,7 +77,8 @@ impl Side {
         let name = path.file_name().map_or_else(named, |name| name.to_string_lossy().into_owned());
         let (counts, points, mesh, surface, notes) = match contents {
             Contents::Grid(_) => bail!("{}: a regular volume; octetra compare takes meshes, surfaces and pictures", path.display()),
-            Contents::Mesh(mesh) => {
+            Contents::Tets(parts) => {
+                let mesh = TetMesh::new(parts).with_context(named)?;
                 let tets = mesh.tets().len() as u64;
                 (vec![(CellType::TETRA, tets)], mesh.points().len(), Some(mesh), None, vec![])
             }
