@@ -3,6 +3,8 @@
 use egui::accesskit::{Role, Toggled};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+#[path = "app/linked.rs"]
+mod linked;
 #[path = "app/planes.rs"]
 mod planes;
 mod steps;

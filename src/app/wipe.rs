@@ -4,7 +4,7 @@ use super::linked::Kept;
 use super::slot::Slot;
 use super::viewer::Viewer;
 use super::viewport::Compared;
-use super::widgets::{choice, choices, mebibytes, row, rows};
+use super::widgets::{choice, choices, mebibytes, percent, row, rows};
 use crate::octree::OctreeParams;
 use egui::{Align2, Color32, CornerRadius, FontId, Painter, Rect, Sense, Slider, Stroke, Ui, pos2, vec2};
 
