@@ -52,6 +52,7 @@ impl Viewer {
                 self.choose_file(&ui.ctx().clone());
             }
             self.recent_menu(ui);
+            self.compare_button(ui, "Compare...");
             self.button(ui, "Reload", "Read the file again; camera, colours and thresholds stay", Action::Reload);
             ui.add(egui::Label::new(RichText::new(&self.document.name).strong()).truncate());
         });
