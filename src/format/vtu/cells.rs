@@ -41,10 +41,7 @@ impl Reader<'_> {
             }
             self.append_points(index, &mut grid.points)?;
             for (of, arrays, kept) in [(Of::Points, &mut point_data, None), (Of::Cells, &mut cell_data, kept.as_deref())] {
-                if of.count(piece) > 0 {
-                    let by_name = of.section(piece).by_name();
-                    arrays.iter_mut().try_for_each(|array| self.append_data(index, of, by_name[array.name.as_str()], array, kept))?;
-                }
+                self.append_arrays(index, of, arrays, kept, &mut grid.notes)?;
             }
         }
         grid.active_scalars = self.active_scalars(&point_data, &cell_data);
