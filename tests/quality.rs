@@ -39,9 +39,11 @@ fn quality_says_how_cells_are_shaped() {
     assert_eq!(least, number(shape, "min"));
     let info = done(folder, &["info", "--array", "quality:volume"]);
     assert!(info.lines().any(|line| line.contains("quality:volume") && line.ends_with("<- shown")), "{info}");
-    done(folder, &["render", "--array", "quality:shape", "--preset", "fast", "--size", "64", "--device", "cpu", "-o", "shape.png"]);
+    done(folder, &["generate", "ball", "--tets", "1000", "-o", "ball.vtu"]);
+    let flags = ["--array", "quality:shape", "--max-depth", "3", "--size", "64", "--device", "cpu", "-o", "shape.png"];
+    done(folder, &[&["render", "ball.vtu"][..], &flags].concat());
     let picture = image::open(folder.join("shape.png")).expect("a PNG").into_rgb8();
-    assert!(picture.pixels().filter(|p| p.0.iter().any(|&c| c > 40)).count() > 100, "the wing is seen");
+    assert!(picture.pixels().filter(|p| p.0.iter().any(|&c| c > 40)).count() > 100, "the ball is seen");
 }
 
 #[test]

@@ -18,8 +18,8 @@ use std::sync::{Arc, Weak};
 const BINS: usize = 30;
 const WORST: usize = 12;
 
-/// How many times its longest edge is seen around a cell that is flown to.
-const AROUND: f64 = 3.0;
+/// Half the edge of the box that is brought into view around a cell, in longest edges of the cell.
+const AROUND: f64 = 1.2;
 
 /// Bars of acceptable values, and of those that are not.
 const GOOD: Color32 = Color32::from_rgb(86, 180, 233);
@@ -149,7 +149,11 @@ impl Viewer {
         ui.weak("Worst cells").on_hover_text("A click brings the camera to the cell and draws its edges; Ctrl+B brings it back");
         let marked = self.marked_cell().map(|cell| cell.tet);
         for cell in &summary.worst {
-            let value = if cell.value.is_finite() { significant(cell.value) } else { "infinite".into() };
+            let value = match cell.value {
+                value if value.is_finite() => significant(value),
+                value if value.is_nan() => "no value".into(),
+                _ => "infinite".into(),
+            };
             let text = RichText::new(format!("{value}   cell {}", cell.cell)).small();
             let (shape, _) = mesh.file_cells().cell_type(cell.tet as usize).name();
             let tip = format!("{shape} {} of the file, tet {}\ncentre {}\nclick to fly there", cell.cell, cell.tet, position(cell.center));
@@ -207,13 +211,14 @@ fn distribution(ui: &mut Ui, summary: &Summary) {
     let bars: Vec<Bar> = summary.bins.iter().enumerate().map(bar).collect();
     let plot = Plot::new("quality histogram")
         .height(110.0)
+        .width(ui.available_width())
         .allow_drag(false)
         .allow_zoom(false)
         .allow_scroll(false)
         .allow_boxed_zoom(false)
         .allow_axis_zoom_drag(false)
         .allow_double_click_reset(false)
-        .show_axes([true, false])
+        .show_axes([false, false])
         .show_grid([false, false])
         .show_x(false)
         .show_y(false)
@@ -221,7 +226,6 @@ fn distribution(ui: &mut Ui, summary: &Summary) {
         .include_x(1.0)
         .include_y(0.0)
         .set_margin_fraction(egui::vec2(0.02, 0.04))
-        .x_axis_formatter(move |mark, _| significant_short(low + mark.value * (high - low)))
         .label_formatter(|_| None);
     let shown = plot.show(ui, |ui| ui.bar_chart(BarChart::new("cells", bars).allow_hover(false)));
     let pointed = shown.response.hover_pos().map(|at| shown.transform.value_from_position(at).x * bins);
@@ -232,6 +236,14 @@ fn distribution(ui: &mut Ui, summary: &Summary) {
     };
     shown.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "histogram of the quality"));
     shown.response.on_hover_text_at_pointer(text);
+    // An axis of the plot's own would clip the numbers at its ends.
+    ui.columns(3, |columns| {
+        let ends = [(egui::Align::LEFT, low), (egui::Align::Center, (low + high) / 2.0), (egui::Align::RIGHT, high)];
+        for (column, (align, value)) in columns.iter_mut().zip(ends) {
+            let text = RichText::new(significant_short(value)).small().weak();
+            column.with_layout(egui::Layout::top_down(align), |ui| ui.label(text));
+        }
+    });
 }
 
 /// What is written at the axis: few digits.
@@ -265,7 +277,7 @@ fn in_numbers(ui: &mut Ui, mesh: &TetMesh, summary: &Summary) {
         for (name, count, tip) in [
             ("Below", summary.below, "Cells with values below the histogram's"),
             ("Above", summary.above, "Cells with values above the histogram's"),
-            ("Infinite", summary.infinite, "Cells without a finite value; the other numbers leave them out"),
+            ("Not finite", summary.infinite, "Cells without a finite value; the other numbers leave them out"),
             ("Inverted", mesh.inverted_count(), "Cells that the file lists in mirror order"),
             ("Zero volume", mesh.zero_volume_count(), "Cells without a volume"),
         ] {
