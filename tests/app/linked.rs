@@ -3,7 +3,6 @@
 use super::*;
 use glam::DVec3;
 use octetra::format::vtu::write::{Compression, write_mesh};
-use octetra::geometry::Placed;
 use octetra::mesh::{DataArray, MeshParts, Values};
 use octetra::progress::Progress;
 
@@ -39,8 +38,9 @@ fn halves(window: &mut Window) -> [Vec<[u8; 3]>; 2] {
 fn seen(half: &[[u8; 3]], width: usize) -> (f64, [f64; 3]) {
     let lit: Vec<(usize, [u8; 3])> = half.iter().copied().enumerate().filter(|(_, pixel)| pixel.iter().any(|&level| level > 40)).collect();
     assert!(lit.len() > 100, "{} pixels", lit.len());
-    let mean = |of: &dyn Fn(&(usize, [u8; 3])) -> f64| lit.iter().map(of).sum::<f64>() / lit.len() as f64;
-    (mean(&|(i, _)| (i % width) as f64 + 0.5), std::array::from_fn(|c| mean(&|(_, pixel)| f64::from(pixel[c]))))
+    let count = lit.len() as f64;
+    let column = lit.iter().map(|(i, _)| (i % width) as f64 + 0.5).sum::<f64>() / count;
+    (column, std::array::from_fn(|c| lit.iter().map(|(_, pixel)| f64::from(pixel[c])).sum::<f64>() / count))
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::super::parse::ParseError;
 use super::{Reader, ZONES, case};
-use crate::mesh::{CellType, Cells, DataArray, UnstructuredGrid, Values};
+use crate::mesh::{CellType, DataArray, UnstructuredGrid, Values};
 use glam::DVec3;
 use std::path::Path;
 

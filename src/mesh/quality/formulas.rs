@@ -90,6 +90,7 @@ pub fn cube_root(x: f64) -> f64 {
 /// The angle in [0, pi] whose sine and cosine, with any common factor, these are, to a few units in the last place; NaN of 0 and 0. The
 /// standard library's has branches. The polynomial is that of FDLIBM's `atan` (Sun Microsystems 1993, free to use), good to 0.4375.
 #[inline(always)]
+#[allow(clippy::excessive_precision)] // as the source has them
 pub fn angle(sine: f64, cosine: f64) -> f64 {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
     let size = cosine.abs();
