@@ -1,5 +1,6 @@
-//! Nothing that a file holds breaks a reader: damaged copies of real files are read until a number of executions is reached. `tests/fuzz` runs
-//! it optimised, for long, and within a limit of memory; `.ci/run` for a moment.
+//! What a file holds does not break its reader: damaged copies of real files are read until a number of executions is reached. `tests/fuzz` runs
+//! it optimised, for long, and within a limit of memory; `.ci/run` for a moment. Formats of several files (OpenFOAM, EnSight, TetGen, XDMF with
+//! HDF5) come no further than the first here; they have tests of damage of their own in `src/format/`.
 //!
 //! * `OCTETRA_SHARED`: the folder of shared test data, whose small files are the seeds.
 //! * `OCTETRA_FUZZ`: how many executions in all, by default 20 000.

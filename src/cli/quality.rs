@@ -154,7 +154,7 @@ impl QualityCommand {
             "tets": mesh.tets().len(),
             "inverted": mesh.inverted_count(),
             "zero_volume": mesh.zero_volume_count(),
-            "cell_shape": mesh.file_cells().shape.name(),
+            "cell_shape": mesh.file_cells().types.is_empty().then(|| mesh.file_cells().shape.key()),
             "rule": if self.as_vtk { "VTK" } else { "definition" },
             "metrics": judged.iter().map(in_json).collect::<Vec<_>>(),
         })

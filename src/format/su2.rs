@@ -43,6 +43,8 @@ struct Mesh<'a> {
     marker: i64,
     markers: Vec<String>,
     passed_over: Vec<String>,
+    /// Lines where a keyword should stand.
+    stray: u64,
 }
 
 impl<'a> Mesh<'a> {
@@ -58,6 +60,7 @@ impl<'a> Mesh<'a> {
             marker: 0,
             markers: Vec::new(),
             passed_over: Vec::new(),
+            stray: 0,
         }
     }
 
@@ -66,7 +69,10 @@ impl<'a> Mesh<'a> {
         loop {
             let place = self.words.place();
             let Some(line) = self.words.rest_of_line() else { break };
-            let Some(equals) = line.iter().position(|&b| b == b'=') else { continue };
+            let Some(equals) = line.iter().position(|&b| b == b'=') else {
+                self.stray += u64::from(!line.is_empty());
+                continue;
+            };
             let keyword = String::from_utf8_lossy(line[..equals].trim_ascii()).to_ascii_uppercase();
             let value = line[equals + 1..].trim_ascii();
             let number = || {
@@ -200,6 +206,9 @@ impl<'a> Mesh<'a> {
             notes.push(format!("keywords were passed over: {}", self.passed_over.join(", ")));
         }
         let cell_data = vec![whole_numbers("su2:tag", &self.tags)];
+        if self.stray > 0 {
+            notes.push(format!("lines that belong to no keyword were passed over: {}", self.stray));
+        }
         UnstructuredGrid { points: self.points, cells: self.cells, cell_data, notes, ..UnstructuredGrid::default() }
     }
 }

@@ -12,12 +12,12 @@
 //! - Triangle's files of two dimensions are the same, with triangles of 3 or 6 points.
 
 use super::GridFile;
-use super::parse::{ParseError, Tags, Words, all_of, real_numbers, whole_numbers};
+use super::parse::{ParseError, Tags, Words, all_of, content, real_numbers, whole_numbers};
 use crate::mesh::{CellType, Cells, DataArray, UnstructuredGrid};
 use crate::progress::Progress;
 use glam::DVec3;
+use std::iter;
 use std::path::Path;
-use std::{fs, iter};
 
 /// Numbers between two looks at the progress.
 const CHECKED: usize = 4096;
@@ -28,7 +28,7 @@ pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<Unstructu
     let is_cells = file.path.extension().is_some_and(|suffix| suffix.eq_ignore_ascii_case("ele"));
     let other = other_name(file.path, if is_cells { "node" } else { "ele" });
     let named = |problem| ParseError::Other { file: other.file_name().unwrap_or_default().into(), problem: Box::new(problem) };
-    let second = fs::read(&other).map_err(|cause| named(cause.into()))?;
+    let second = content(&other).map_err(named)?;
     progress.begin("reading", (own.len() + second.len()) as u64);
     let (points, cells): (&[u8], &[u8]) = if is_cells { (&second, &own) } else { (&own, &second) };
     let points = read_points(points, progress).map_err(|problem| if is_cells { named(problem) } else { problem })?;
@@ -217,6 +217,7 @@ pub(super) mod tests {
     use super::*;
     use crate::format::{Contents, FormatError, ReadOptions, read_contents};
     use crate::mesh::Values;
+    use std::fs;
 
     /// Reads two files, by the name of one.
     fn opened(node: &str, ele: &str, by: &str) -> Result<UnstructuredGrid, FormatError> {

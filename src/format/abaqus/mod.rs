@@ -13,14 +13,13 @@ mod element_type;
 pub(super) mod tests;
 
 use super::GridFile;
-use super::parse::{ParseError, Tags, Words, all_of, beside, real, shown, whole_numbers};
+use super::parse::{ParseError, Tags, Words, all_of, beside, content, real, shown, whole_numbers};
 use crate::mesh::{CellType, Cells, UnstructuredGrid, thousands};
 use crate::progress::Progress;
 use assembly::Assembly;
 use element_type::{ElementType, HEXAHEDRON_27};
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
-use std::fs;
 
 /// Files within files within files.
 const MOST_DEEP: usize = 8;
@@ -164,7 +163,7 @@ impl Mesh<'_> {
         }
         let path = beside(self.file, name)?;
         let named = |problem| ParseError::Other { file: name.into(), problem: Box::new(problem) };
-        let bytes = fs::read(&path).map_err(|cause| named(cause.into()))?;
+        let bytes = content(&path).map_err(named)?;
         self.read(&bytes, depth + 1).map_err(named)
     }
 }
@@ -348,6 +347,9 @@ impl Model {
             at += element_type.nodes;
             if element_type.cell_type == CellType::TRIQUADRATIC_HEXAHEDRON {
                 cell = HEXAHEDRON_27.map(|i| cell[i]);
+            }
+            if element_type.cell_type == CellType::QUADRATIC_EDGE {
+                cell.swap(1, 2); // the middle is the second node here, VTK's third
             }
             self.cells.push(element_type.cell_type, &cell[..element_type.nodes])?;
             self.sets.push(set);

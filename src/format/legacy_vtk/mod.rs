@@ -13,7 +13,7 @@ use super::source::Source;
 use super::voxel_data::{DataFile, Encoding, Stored, VolumeError, dims, grid};
 use super::vtu::number::{ByteOrder, ScalarType};
 use super::{Found, GridFile};
-use crate::mesh::{CellType, Cells, DataArray, StructuredBlock, TooManyCellPoints, UnstructuredGrid, Values, split_into_tets};
+use crate::mesh::{CellType, Cells, DataArray, MeshParts, StructuredBlock, TooManyCellPoints, UnstructuredGrid, Values, split_into_tets};
 use crate::progress::Progress;
 use crate::volume::{Grid, GridFrame, Samples, Voxel};
 use glam::DVec3;
@@ -199,7 +199,14 @@ fn mesh(file: &GridFile<'_>, head: &Head, arrays: &[Array], is_binary: bool, pro
     let (point_data, cell_data) = data(file, arrays, [points, cells], is_binary, &said, progress)?;
     if is_flat {
         let cells = faces(dims.map(|n| n as u32)).map_err(|e| VolumeError::key("DIMENSIONS", &said, e.to_string()))?;
-        return Ok(Found::Cells(UnstructuredGrid { points: places, cells, point_data, cell_data, ..UnstructuredGrid::default() }));
+        return Ok(Found::Cells(UnstructuredGrid {
+            points: places,
+            cells,
+            point_data,
+            cell_data,
+            notes: head.notes.clone(),
+            ..UnstructuredGrid::default()
+        }));
     }
     let block = StructuredBlock::new(dims.map(|n| n as usize));
     split_into_tets(&[block], places, point_data, cell_data, None)

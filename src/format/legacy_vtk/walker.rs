@@ -106,6 +106,7 @@ impl Walker<'_> {
                 ("FIELD", tuples) => self.field(&words, tuples.is_some(), is_of_cells)?,
                 (_, Some(tuples)) => {
                     if !self.attribute(&keyword, &words, tuples, is_of_cells)? {
+                        self.head.notes.push(format!("\"{line}\" is not known: it and what stands behind it were left out"));
                         break;
                     }
                 }
@@ -161,6 +162,7 @@ impl Walker<'_> {
             "VECTORS" | "NORMALS" => (word(2), Some(3)),
             "TENSORS" => (word(2), Some(9)),
             "TENSORS6" => (word(2), Some(6)),
+            "GLOBAL_IDS" | "PEDIGREE_IDS" | "EDGE_FLAGS" => (word(2), Some(1)),
             "TEXTURE_COORDINATES" => (word(3), count(2)),
             "COLOR_SCALARS" => (if self.is_binary { "unsigned_char" } else { "float" }, count(2)),
             "LOOKUP_TABLE" => {

@@ -12,7 +12,7 @@ mod solution;
 pub(super) mod tests;
 
 use super::GridFile;
-use super::parse::{ParseError, all_of, shown, whole_numbers};
+use super::parse::{ParseError, all_of, content, shown, whole_numbers};
 use super::source::Source;
 use crate::mesh::{CellType, Cells, UnstructuredGrid, thousands};
 use crate::progress::Progress;
@@ -21,7 +21,7 @@ use numbers::Numbers;
 use solution::Solution;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::{fs, iter};
+use std::iter;
 
 /// A section of cells.
 struct Shape {
@@ -234,7 +234,7 @@ impl Mesh {
                 continue;
             }
             let named = |problem| ParseError::Other { file: path.file_name().unwrap_or_default().into(), problem: Box::new(problem) };
-            let bytes = fs::read(&path).map_err(|cause| named(cause.into()))?;
+            let bytes = content(&path).map_err(named)?;
             progress.begin("reading", bytes.len() as u64);
             let mut other = Mesh::default();
             other.read(&bytes, progress).map_err(named)?;

@@ -25,6 +25,9 @@ use tree::{Id, Tree};
 /// Grids that may be in each other.
 const NESTED_LIMIT: usize = 20;
 
+/// Elements that a grid may include.
+const MOST_ELEMENTS: usize = 1 << 12;
+
 /// Whether a file that starts so is XDMF.
 pub(super) fn recognizes(start: &[u8]) -> bool {
     String::from_utf8_lossy(start).contains("<Xdmf")
@@ -161,6 +164,10 @@ impl Reader<'_> {
             }
             if let Some(path) = tree.get(include, "xpointer") {
                 elements.extend(self.items.all(path, include)?);
+                if elements.len() > MOST_ELEMENTS {
+                    let found = format!("more than {MOST_ELEMENTS} elements included in one grid");
+                    return Err(ParseError::invalid("xi:include", found, "as many as a grid has"));
+                }
             }
         }
         let elements: Vec<Id> = elements.into_iter().map(|id| self.items.referred(id)).collect::<Result<_, _>>()?;
