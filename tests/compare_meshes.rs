@@ -75,7 +75,7 @@ fn a_mesh_differs_from_itself_nowhere_and_the_report_is_whole() {
 
     let report = std::fs::read_to_string(at("r.html")).expect("a report");
     assert_eq!(report.matches("data:image/png;base64,").count(), 5, "two meshes, FLIP, two surfaces; no difference to see");
-    for part in ["a.vtu against a.vtu", "tetrahedra", "Distance of surfaces", "L2 difference", "nodes", "identical"] {
+    for part in ["a.vtu (B) against a.vtu (A)", "tetrahedra", "Distance of surfaces", "L2 difference", "nodes", "identical"] {
         assert!(report.contains(part), "{part}");
     }
     let difference = octetra::format::read_mesh(&at("d.vtu"), &Progress::new()).expect("a mesh");

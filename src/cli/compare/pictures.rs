@@ -76,7 +76,7 @@ fn fields(measured: &mut Measured, field: &Field, transfer: TransferFunction, ca
         };
         let title = furniture::title(&fields[0].name, None);
         let range = view.transfer_function.range.unwrap_or(fields[0].range);
-        let names = measured.sides.each_ref().map(|side| side.name.clone());
+        let names = [0, 1].map(|i| format!("{}: {}", ["A", "B"][i], measured.sides[i].name));
         let (mean, worst) = (compared.flip.mean, compared.flip.max);
         let mut pictures = vec![
             Picture { name: NAMES[0], caption: names[0].clone(), png: furnish(image_a, &title, range, &view.transfer_function)? },
@@ -88,15 +88,14 @@ fn fields(measured: &mut Measured, field: &Field, transfer: TransferFunction, ca
             },
         ];
         if let Some((image, tf, range)) = difference_picture(&renderer, measured, field, &a, &params, &view)? {
-            let caption = format!("the difference on {}, {} less {}", names[0], names[0], names[1]);
+            let caption = "A less B, on A".into();
             pictures.push(Picture { name: NAMES[3], caption, png: furnish(image, "difference", range, &tf)? });
         }
         let note = format!(
             "{} through octrees of the same thresholds; one view, one range of colours. The difference is opaque where it is large; its colours \
-             end at {} of the range of {}.",
+             end at {} of A's range.",
             title,
-            percent(difference_limit(field) / difference.range),
-            names[0]
+            percent(difference_limit(field) / difference.range)
         );
         figures.push(Figure { title: "Fields", pictures, note });
     }
@@ -174,7 +173,7 @@ fn surfaces(measured: &Measured, camera: Camera, args: &MeshesArgs, path: &Path)
         let mut image = paint_surface(&side.surface, &measured.nearest[i], values, [0.0, most], &colors, &camera, args.size);
         furnish(&mut image, "distance", [0.0, most], &tf, measured, &camera, PAPER);
         let png = bytes_png(path, &image.to_bytes(Background::Color(PAPER)), args.size)?;
-        let caption = format!("{}, by its distance from {}", side.name, measured.sides[1 - i].name);
+        let caption = format!("{}: {}, by its distance from {}", ["A", "B"][i], side.name, ["B", "A"][i]);
         pictures.push(Picture { name: NAMES[4 + i], caption, png });
     }
     let note = "Distances are those of the surfaces' points, linear between them, in world units.".into();

@@ -84,7 +84,7 @@ pub fn document(measured: &Measured, verdicts: &[Verdict], figures: Vec<Figure>)
     for side in &measured.sides {
         summary.extend(side.notes.iter().map(|note| format!("{}: {note}", side.name)));
     }
-    Document { title: format!("{} against {}", b.name, a.name), summary, tables, figures }
+    Document { title: format!("{} (B) against {} (A)", b.name, a.name), summary, tables, figures }
 }
 
 /// The numbers that people look for first.
@@ -108,13 +108,13 @@ fn summary(measured: &Measured) -> String {
     text
 }
 
-fn names(measured: &Measured) -> [&str; 2] {
-    measured.sides.each_ref().map(|side| side.name.as_str())
-}
+/// What the columns of most tables are of.
+const NAMES: [&str; 2] = ["A", "B"];
 
 /// What each is.
 fn sides(measured: &Measured) -> Table {
-    let mut table = Table::new("Meshes", &names(measured));
+    let mut table = Table::new("Meshes", &NAMES);
+    table.columns = [0, 1].map(|i| format!("{}: {}", NAMES[i], measured.sides[i].name)).to_vec();
     let each = |say: &dyn Fn(&Side) -> String| measured.sides.iter().map(say).collect::<Vec<_>>();
     table.row("kind", each(&|side| if side.mesh.is_some() { "mesh".into() } else { "surface".into() }));
     table.row("points", each(&|side| thousands(side.points as u64)));
@@ -145,7 +145,7 @@ fn sides(measured: &Measured) -> Table {
 
 /// How well the tets are shaped.
 fn quality(measured: &Measured) -> Option<Table> {
-    let mut table = Table::new("Quality", &names(measured));
+    let mut table = Table::new("Quality", &NAMES);
     let all = measured.sides.each_ref().map(|side| &side.quality[..]);
     let one = |summary: Option<&Summary>| {
         summary.filter(|s| !s.min.is_nan()).map_or("-".into(), |s| format!("{} .. {} .. {}", short(s.min), short(s.median), short(s.max)))
@@ -174,8 +174,7 @@ fn quality(measured: &Measured) -> Option<Table> {
 fn distances(measured: &Measured) -> Table {
     let distances = &measured.distances;
     let sides = [&distances.a_to_b, &distances.b_to_a];
-    let mut table = Table::new("Distance of surfaces", &[]);
-    table.columns = [0, 1].map(|i| format!("{} from {}", measured.sides[i].name, measured.sides[1 - i].name)).to_vec();
+    let mut table = Table::new("Distance of surfaces", &["A from B", "B from A"]);
     type Number = fn(&OneSided) -> f64;
     let rows: [(&str, Number); 5] =
         [("max", |s| s.max), ("max at points", |s| s.max_at_points), ("mean", |s| s.mean), ("RMS", |s| s.rms), ("min", |s| s.min)];
@@ -186,9 +185,8 @@ fn distances(measured: &Measured) -> Table {
     table.row("samples", sides.map(|side| thousands(side.samples)));
     let open = distances.bound() - distances.hausdorff();
     table.note = format!(
-        "in brackets parts of the diagonal of {}, {}. The maxima are over whole triangles; no place of either surface is further away than {}, {} \
-         more. Mean and RMS are over the area",
-        measured.sides[0].name,
+        "in brackets parts of A's diagonal, {}. The maxima are over whole triangles; no place of either surface is further away than {}, {} more. \
+         Mean and RMS are over the area",
         short(distances.diagonal),
         short(distances.bound()),
         short(open)
@@ -198,8 +196,7 @@ fn distances(measured: &Measured) -> Table {
 
 /// How far the fields are from each other.
 fn fields(measured: &Measured, Field { fields, difference }: &Field) -> Table {
-    let mut table = Table::new("Fields", &[]);
-    table.columns = names(measured).map(|name| format!("over {name}")).to_vec();
+    let mut table = Table::new("Fields", &["over A", "over B"]);
     let norms = [difference.over_a, difference.over_b];
     let each = |say: &dyn Fn(&Norms) -> String| norms.iter().map(say).collect::<Vec<_>>();
     let kind = |i: usize| if fields[i].association == Association::Points { "point" } else { "cell" };
@@ -218,20 +215,21 @@ fn fields(measured: &Measured, Field { fields, difference }: &Field) -> Table {
         table.row("volume snapped", each(&|n| format!("{}  ({})", short(n.snapped), percent(n.snapped / (n.both + n.alone)))));
     }
     table.row("places with one only", each(&|n| format!("{} of {}", thousands(n.places_alone), thousands(n.places))));
-    table.note = format!(
-        "differences are {} less {}, in brackets parts of the former's range; norms are means over the volume, of 4 places in each tet",
-        measured.sides[0].name, measured.sides[1].name
-    );
+    table.note =
+        "differences are A less B, in brackets parts of A's range; norms are means over the volume, of 4 places in each tet".into();
+    if norms.iter().any(|n| n.alone > 0.0 || n.places_alone > 0) {
+        table.note += "; places outside the other mesh have no value of it, unless --snap takes that of its surface";
+    }
     if difference.same_mesh {
         table.note += "; points and tets are equal, values are compared by number";
     }
     if let Some(largest) = difference.largest {
-        let side = &measured.sides[usize::from(!largest.is_of_a)];
-        let cell = side.mesh.as_ref().map_or(0, |mesh| mesh.file_cells().number(largest.tet as usize));
+        let side = usize::from(!largest.is_of_a);
+        let cell = measured.sides[side].mesh.as_ref().map_or(0, |mesh| mesh.file_cells().number(largest.tet as usize));
         table.note += &format!(
             ". The largest is at {}, in cell {cell} of {}: {} and {}",
             place(largest.at),
-            side.name,
+            NAMES[side],
             short(largest.a),
             short(largest.b)
         );
@@ -241,7 +239,7 @@ fn fields(measured: &Measured, Field { fields, difference }: &Field) -> Table {
 
 /// The octrees, and pictures of them.
 fn octree(measured: &Measured, octrees: &[OctreeNumbers; 2]) -> Table {
-    let mut table = Table::new("Octrees", &names(measured));
+    let mut table = Table::new("Octrees", &NAMES);
     let each = |say: &dyn Fn(&OctreeNumbers) -> String| octrees.iter().map(say).collect::<Vec<_>>();
     table.row("nodes", each(&|o| thousands(o.nodes as u64)));
     table.row("leaves", each(&|o| thousands(o.leaves as u64)));

@@ -111,6 +111,8 @@ struct Part {
     near: [u32; 3],
     distances: [f64; 3],
     triangle: u32,
+    /// How often it was cut since it was last divided by the middles of its sides.
+    cuts: u8,
 }
 
 /// The furthest place so far.
@@ -193,7 +195,7 @@ fn sample(from: &Surface, to: &Nearest, t: usize, points: &[(u32, f64)], density
     let (corners, ids, area) = (from.corners(t), from.triangles[t], from.area_of(t));
     let (near, distances) = (ids.map(|i| points[i as usize].0), ids.map(|i| points[i as usize].1));
     let middle = to.find(corners.into_iter().sum::<DVec3>() / 3.0, near[0]);
-    let mut part = Part { upper: f64::INFINITY, by: middle.place, corners, near, distances, triangle: t as u32 };
+    let mut part = Part { upper: f64::INFINITY, by: middle.place, corners, near, distances, triangle: t as u32, cuts: 0 };
     part.bound_by(to, [middle.place, near[0], near[1], near[2]]);
 
     let furthest = (0..3).max_by(|&i, &j| distances[i].total_cmp(&distances[j])).unwrap_or(0);
@@ -236,7 +238,8 @@ fn sample(from: &Surface, to: &Nearest, t: usize, points: &[(u32, f64)], density
 /// Distance from one triangle is a convex function, so that over a part it is largest at a corner; no place of the part is further from the
 /// whole surface. The smallest such number over the triangles nearest to the corners bounds the part (after Guthe, Borodin and Klein, "Fast
 /// and accurate Hausdorff distance calculation between meshes", 2005; Tang, Lee and Kim, "Interactive Hausdorff distance computation for
-/// general polygonal models", 2009).
+/// general polygonal models", 2009). Where a part reaches beyond the triangle that bounds it, it is cut along that one's side, so that what
+/// lies in one plane on both sides needs a few cuts only; else, and after three cuts, it is divided by the middles of its sides.
 fn refine(
     parts: Vec<Part>,
     to: &Nearest,
@@ -260,8 +263,10 @@ fn refine(
             batch.extend(heap.pop());
         }
         divisions -= batch.len() as u64;
-        let divided: Vec<[Part; 4]> = batch.par_iter().map(|part| part.divided(to)).collect();
-        for part in divided.as_flattened() {
+        let cut_from = tolerance / 4.0;
+        let divided: Vec<Vec<Part>> =
+            batch.par_iter().map(|part| part.cut(to, cut_from).unwrap_or_else(|| part.divided(to).to_vec())).collect();
+        for part in divided.iter().flatten() {
             for i in 0..3 {
                 let distance = part.distances[i].min(part.upper);
                 if distance > furthest.distance {
@@ -289,29 +294,74 @@ impl Part {
         }
     }
 
+    /// A part of three places and what is nearest to them.
+    fn of(&self, to: &Nearest, three: [Place; 3], cuts: u8) -> Part {
+        let (corners, near, distances) = (three.map(|p| p.at), three.map(|p| p.near), three.map(|p| p.distance));
+        let mut part = Part { corners, near, distances, cuts, ..*self };
+        part.bound_by(to, [self.by, near[0], near[1], near[2]]);
+        part
+    }
+
+    fn corner(&self, i: usize) -> Place {
+        Place { at: self.corners[i], near: self.near[i], distance: self.distances[i] }
+    }
+
+    /// The place between two corners, by how far it is from the first.
+    fn between(&self, to: &Nearest, [i, j]: [usize; 2], share: f64) -> Place {
+        let at = self.corners[i] + (self.corners[j] - self.corners[i]) * share;
+        let near = if self.distances[i] <= self.distances[j] { self.near[i] } else { self.near[j] };
+        let hit = to.find(at, near);
+        Place { at, near: hit.place, distance: hit.squared.sqrt() }
+    }
+
+    /// The part on both sides of a plane through a side of the triangle that bounds it, square to that one; of three planes the one beyond
+    /// which the part reaches furthest. `None` if it reaches nowhere further than `least`, or was cut three times.
+    fn cut(&self, to: &Nearest, least: f64) -> Option<Vec<Part>> {
+        if self.cuts == 3 {
+            return None;
+        }
+        let [a, b, c] = to.corners(self.by);
+        let normal = (b - a).cross(c - a);
+        let inside = |(from, along): (DVec3, DVec3)| {
+            let inwards = normal.cross(along).normalize_or_zero();
+            self.corners.map(|corner| (corner - from).dot(inwards))
+        };
+        let reach = |s: &[f64; 3]| (-s[0].min(s[1]).min(s[2])).min(s[0].max(s[1]).max(s[2]));
+        let sides = [(a, b - a), (b, c - b), (c, a - c)].map(inside);
+        let side = sides.into_iter().max_by(|x, y| reach(x).total_cmp(&reach(y))).filter(|side| reach(side) > least)?;
+        // The corner that is alone on its side, and the two others in order round the part.
+        let is_inside = side.map(|s| s > 0.0);
+        let alone = (0..3).find(|&i| is_inside[i] != is_inside[(i + 1) % 3] && is_inside[i] != is_inside[(i + 2) % 3])?;
+        let (next, last) = ((alone + 1) % 3, (alone + 2) % 3);
+        let share = |other: usize| side[alone] / (side[alone] - side[other]);
+        let (on_next, on_last) = (self.between(to, [alone, next], share(next)), self.between(to, [alone, last], share(last)));
+        let threes = [
+            [self.corner(alone), on_next, on_last],
+            [on_next, self.corner(next), self.corner(last)],
+            [on_next, self.corner(last), on_last],
+        ];
+        Some(threes.map(|three| self.of(to, three, self.cuts + 1)).to_vec())
+    }
+
     /// Four parts by the middles of the sides.
     fn divided(&self, to: &Nearest) -> [Part; 4] {
-        let corners = [self.corners[0], self.corners[1], self.corners[2]];
-        let middles = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| {
-            let at = (corners[i] + corners[j]) * 0.5;
-            let near = if self.distances[i] <= self.distances[j] { self.near[i] } else { self.near[j] };
-            let hit = to.find(at, near);
-            (at, hit.place, hit.squared.sqrt())
-        });
-        let corner = |i: usize| (corners[i], self.near[i], self.distances[i]);
+        let middles = [[0, 1], [1, 2], [2, 0]].map(|ends| self.between(to, ends, 0.5));
         [
-            [corner(0), middles[0], middles[2]],
-            [middles[0], corner(1), middles[1]],
-            [middles[2], middles[1], corner(2)],
+            [self.corner(0), middles[0], middles[2]],
+            [middles[0], self.corner(1), middles[1]],
+            [middles[2], middles[1], self.corner(2)],
             [middles[0], middles[1], middles[2]],
         ]
-        .map(|three| {
-            let (corners, near, distances) = (three.map(|c| c.0), three.map(|c| c.1), three.map(|c| c.2));
-            let mut part = Part { corners, near, distances, ..*self };
-            part.bound_by(to, [self.by, near[0], near[1], near[2]]);
-            part
-        })
+        .map(|three| self.of(to, three, 0))
     }
+}
+
+/// A place and what is nearest to it.
+#[derive(Clone, Copy)]
+struct Place {
+    at: DVec3,
+    near: u32,
+    distance: f64,
 }
 
 impl PartialEq for Part {

@@ -106,6 +106,11 @@ impl Nearest {
         closest(at, &self.triangles[place as usize])
     }
 
+    /// The corners of a triangle, by its place.
+    pub fn corners(&self, place: u32) -> [DVec3; 3] {
+        self.triangles[place as usize]
+    }
+
     /// The number in the surface of a triangle, by its place.
     pub fn number(&self, place: u32) -> u32 {
         self.numbers[place as usize]

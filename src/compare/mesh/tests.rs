@@ -148,6 +148,16 @@ fn a_moved_box_is_as_far_as_it_was_moved() {
 }
 
 #[test]
+fn planes_that_are_cut_otherwise_need_few_divisions() {
+    let a = Surface::of_mesh(&made(Shape::Cube, 3000));
+    let faces: [&[u32]; 6] = [&[0, 2, 3, 1], &[4, 5, 7, 6], &[0, 1, 5, 4], &[2, 6, 7, 3], &[0, 4, 6, 2], &[1, 3, 7, 5]];
+    let corner = |k: u32| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2));
+    let b = surface((0..8).map(corner).collect(), &faces);
+    let found = measure(&a, &b, &DistanceOptions { divisions: 60_000, ..Default::default() });
+    assert!(found.hausdorff() < 1e-12 && found.bound() < 1.1e-6 * found.diagonal, "{} {}", found.hausdorff(), found.bound());
+}
+
+#[test]
 fn means_of_a_plane_over_another_are_those_of_its_height() {
     // Height x over a plane from x = 0 to 1: mean 1/2, mean square 1/3.
     let square = |height: f64| [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, height * x));
@@ -287,7 +297,7 @@ fn linear_fields_agree_on_different_meshes_and_swapping_negates() {
     let found = difference((&a, &fa), (&b, &fc), 0.0);
     for norms in [found.over_a, found.over_b] {
         assert!(norms.mean.abs() < 1e-12 && (norms.l2 - (1f64 / 3.0).sqrt()).abs() < 1e-12 && (norms.max - 1.0).abs() < 1e-12, "{norms:?}");
-        assert!((norms.l1 - 0.5).abs() < 1e-3, "{norms:?}");
+        assert!((norms.l1 - 0.5).abs() < 5e-3, "{norms:?}");
     }
     let largest = found.largest.expect("both have values");
     assert!(((largest.at.x - 0.5).abs() - 0.5).abs() < 1e-12 && ((largest.a - largest.b).abs() - 1.0).abs() < 1e-12, "{largest:?}");
