@@ -52,13 +52,13 @@ impl Viewer {
                 self.choose_file(&ui.ctx().clone());
             }
             self.recent_menu(ui);
-            self.compare_button(ui, "Compare...");
             self.button(ui, "Reload", "Read the file again; camera, colours and thresholds stay", Action::Reload);
             ui.add(egui::Label::new(RichText::new(&self.document.name).strong()).truncate());
         });
         ui.horizontal(|ui| {
             self.button(ui, "Open session...", "Data, thresholds, camera, colours and all else from a file", Action::OpenSession);
             self.button(ui, "Save session...", "All that is chosen into a file; octetra render --session draws it", Action::SaveSession);
+            self.compare_button(ui, "Compare");
         });
         ui.horizontal(|ui| {
             self.screenshot_button(ui);

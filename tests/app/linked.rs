@@ -49,7 +49,7 @@ fn a_second_file_is_seen_beside_the_first_with_one_camera_and_one_range() {
     let path = folder.path().join("second.vtu");
     let mut first = options(folder.path());
     first.view.camera = Camera::orbit(ball().bounds().translated(ball().center()), 0, 0.5);
-    let (seen_from, by) = (first.view.camera, first.view.camera.axes()[1] * 0.3);
+    let (seen_from, by) = (first.view.camera, first.view.camera.axes()[1] * 0.4);
     write_second(&path, by);
     first.compare_with = Some(path);
     let mut window = open_with(first, SIZE);
