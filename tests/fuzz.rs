@@ -8,6 +8,8 @@
 //!
 //! An input that makes a reader panic, or takes it longer than ten seconds, is kept in the folder of temporary files and named.
 
+#![allow(clippy::print_stdout)] // what it did is said, and what made it fail
+
 use octetra::format::{Contents, embedded_contents};
 use octetra::mesh::{TetMesh, to_tets};
 use octetra::progress::Progress;
@@ -27,6 +29,9 @@ const SEEDS_A_SUFFIX: usize = 24;
 
 /// An execution that takes longer has failed.
 const LIMIT: Duration = Duration::from_secs(10);
+
+/// What a thread reads, and since when: the time, the seed's index, the bytes.
+type Running = Mutex<Option<(Instant, usize, Vec<u8>)>>;
 
 /// A file to damage.
 struct Seed {
@@ -143,7 +148,7 @@ fn damaged_files_are_read_or_refused() {
     let (done, accepted) = (AtomicU64::new(0), AtomicU64::new(0));
     let failures = Mutex::new(Vec::<String>::new());
     // What each thread reads, and since when, so that one that never ends is named too.
-    let running: Vec<Mutex<Option<(Instant, usize, Vec<u8>)>>> = (0..threads).map(|_| Mutex::new(None)).collect();
+    let running: Vec<Running> = (0..threads).map(|_| Mutex::new(None)).collect();
     let keep = |suffix: &str, bytes: &[u8], why: &str| {
         let path = env::temp_dir().join(format!("octetra-fuzz-{}-{}.{suffix}", bytes.len(), done.load(Relaxed)));
         fs::write(&path, bytes).expect("written");

@@ -2,6 +2,7 @@ use super::super::parse::parsed;
 use super::*;
 use crate::format::{Contents, FormatError, ReadOptions, read_contents};
 use crate::mesh::Values;
+use std::fs;
 
 /// Two instances of a part and another part.
 pub(in crate::format) const ASSEMBLY: &str = "*PART, NAME=a\n*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n\

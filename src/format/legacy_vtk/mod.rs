@@ -209,8 +209,12 @@ fn mesh(file: &GridFile<'_>, head: &Head, arrays: &[Array], is_binary: bool, pro
         }));
     }
     let block = StructuredBlock::new(dims.map(|n| n as usize));
+    let with_notes = |mut parts: MeshParts| {
+        parts.notes.extend(head.notes.iter().cloned());
+        Found::Mesh(parts)
+    };
     split_into_tets(&[block], places, point_data, cell_data, None)
-        .map(Found::Mesh)
+        .map(with_notes)
         .map_err(|e| VolumeError::key("DIMENSIONS", &said, e.to_string()))
 }
 

@@ -20,8 +20,8 @@ use glam::DVec3;
 use numbers::Numbers;
 use solution::Solution;
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::iter;
+use std::ops::Range;
 
 /// A section of cells.
 struct Shape {

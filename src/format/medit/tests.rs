@@ -2,6 +2,7 @@ use super::super::parse::parsed;
 use super::*;
 use crate::format::{Contents, FormatError, ReadOptions, read_contents};
 use crate::mesh::Values;
+use std::fs;
 
 const TEXT: &str = "MeshVersionFormatted 2\n# a comment\nDimension\n3\nVertices\n5\n0 0 0 1\n1 0 0 2\n0 1 0 3\n0 0 0.1 4\n1 1 1 5\n\
     Triangles 1\n1 2 3 9\nCorners\n2\n1\n2\nTetrahedra\n2\n1 2 3 4 7\n2 3 4 5 8\nRidges 0\nEnd\n";
