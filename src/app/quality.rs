@@ -4,7 +4,7 @@ use super::jobs::{Job, Polled, outcome};
 use super::projector::Projector;
 use super::viewer::Viewer;
 use super::widgets::{combo, explained, numbers, percent, position, rows, significant, thousands};
-use crate::geometry::{Aabb, Placed};
+use crate::geometry::Aabb;
 use crate::mesh::quality::{self, Bin, Metric, Rule, Summary, WorstCell};
 use crate::mesh::{Component, TetMesh};
 use crate::view::Isosurfaces;
@@ -169,7 +169,7 @@ impl Viewer {
         let longest = corners.iter().flat_map(|a| corners.map(|b| a.distance(b))).fold(0.0, f64::max);
         // A cell without a size is seen from a thousandth of the mesh.
         let reach = AROUND * if longest > 0.0 { longest } else { self.extent() / 1000.0 };
-        let around = Aabb::of_points([-1.0, 1.0].map(|side| cell.center + DVec3::splat(side * reach)).into_iter());
+        let around = Aabb::of_points([-1.0, 1.0].map(|side| cell.center + DVec3::splat(side * reach)));
         let aspect = f64::from(self.size[0].max(1)) / f64::from(self.size[1].max(1));
         self.settings.camera = self.settings.camera.fitted(around, aspect);
         self.quality.marked = Some((Arc::downgrade(mesh), cell));

@@ -3,6 +3,7 @@
 use super::*;
 use crate::mesh::{DataArray, FieldSelection, MeshParts, Values};
 use glam::{DQuat, DVec3};
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 const REGULAR: [DVec3; 4] =
     [DVec3::ZERO, DVec3::X, DVec3::new(0.5, 0.866_025_403_784_438_6, 0.0), DVec3::new(0.5, 0.288_675_134_594_812_9, 0.816_496_580_927_726)];
@@ -25,15 +26,15 @@ fn all(mesh: &TetMesh, metric: Metric, rule: Rule) -> Vec<f64> {
 /// The regular tet, the corner of a cube, and a third, whose values were also taken from VTK 9.7.
 #[rustfmt::skip]
 const KNOWN: [(Metric, [f64; 3]); 22] = [
-    (Metric::EdgeRatio, [1.0, 1.41421356, 1.88888889]),
+    (Metric::EdgeRatio, [1.0, SQRT_2, 1.88888889]),
     (Metric::AspectRatio, [1.0, 1.3660254, 1.44524609]),
     (Metric::RadiusRatio, [1.0, 1.3660254, 1.19857098]),
     (Metric::AspectGamma, [1.0, 1.29903811, 1.23268338]),
     (Metric::AspectFrobenius, [1.0, 1.19055079, 1.14965543]),
     (Metric::Condition, [1.0, 1.22474487, 1.14758643]),
     (Metric::CollapseRatio, [0.81649658, 0.40824829, 0.45753968]),
-    (Metric::Jacobian, [0.70710678, 1.0, 3.74]),
-    (Metric::ScaledJacobian, [1.0, 0.70710678, 0.57814716]),
+    (Metric::Jacobian, [FRAC_1_SQRT_2, 1.0, 3.74]),
+    (Metric::ScaledJacobian, [1.0, FRAC_1_SQRT_2, 0.57814716]),
     (Metric::Shape, [1.0, 0.83994737, 0.86982584]),
     (Metric::MeanRatio, [1.0, 0.76980036, 0.81123833]),
     (Metric::MinAngle, [70.5287794, 54.7356103, 54.7356103]),
@@ -96,7 +97,7 @@ fn inverted_tets_are_judged_as_the_file_has_them() {
             // Normals point inwards.
             Metric::SquishIndex => [2.0, 1.96505662],
             // The least of negative heights, and of radii, is the one furthest below 0.
-            Metric::CollapseRatio => [-0.70710678, -1.06495559],
+            Metric::CollapseRatio => [-FRAC_1_SQRT_2, -1.06495559],
             Metric::NormalizedInradius => [-0.75802069, -0.90922833],
             Metric::Condition | Metric::Jacobian | Metric::ScaledJacobian | Metric::MeanRatio | Metric::Inradius | Metric::Volume => {
                 [-corner, -odd]
