@@ -103,10 +103,10 @@ pub fn angle(sine: f64, cosine: f64) -> f64 {
     let x = over / under;
     let z = x * x;
     let w = z * z;
-    let odd = 0.0909088713343650656 + w * (0.0666107313738753121 + w * (0.0497687799461593236 + w * 0.0162858201153657824));
-    let odd = z * (0.333333333333329318 + w * (0.142857142725034664 + w * odd));
-    let even = -0.0769187620504482999 + w * (-0.0583357013379057349 + w * -0.0365315727442169155);
-    let even = w * (-0.199999999998764832 + w * (-0.111111104054623558 + w * even));
+    let odd = 0.090_908_871_334_365_07 + w * (0.066_610_731_373_875_31 + w * (0.049_768_779_946_159_324 + w * 0.016_285_820_115_365_782));
+    let odd = z * (0.333_333_333_333_329_3 + w * (0.142_857_142_725_034_66 + w * odd));
+    let even = -0.076_918_762_050_448_3 + w * (-0.058_335_701_337_905_735 + w * -0.036_531_572_744_216_916);
+    let even = w * (-0.199_999_999_998_764_83 + w * (-0.111_111_104_054_623_56 + w * even));
     let angle = x - x * (odd + even) + if is_turned { FRAC_PI_4 } else { 0.0 };
     let angle = if is_steep { FRAC_PI_2 - angle } else { angle };
     if cosine < 0.0 { PI - angle } else { angle }
@@ -114,8 +114,31 @@ pub fn angle(sine: f64, cosine: f64) -> f64 {
 
 /// What the determinant of three edges that leave a vertex, or all reach it, is divided by to make the tangent of half the solid angle.
 #[inline(always)]
-fn solid_angle([a, b, c]: [Vector; 3], [la, lb, lc]: [f64; 3]) -> f64 {
+fn solid_angle(a: Vector, b: Vector, c: Vector, la: f64, lb: f64, lc: f64) -> f64 {
     la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb
+}
+
+/// Sine and cosine of the smallest and of the largest of some angles.
+#[derive(Clone, Copy)]
+pub struct Extremes {
+    /// Of the smallest angle, which has the largest cosine.
+    pub most: [f64; 2],
+    /// Of the largest angle, which has the least cosine.
+    pub least: [f64; 2],
+}
+
+impl Extremes {
+    const NONE: Extremes = Extremes { most: [0.0, -2.0], least: [0.0, 2.0] };
+
+    /// Those of one angle more.
+    #[inline(always)]
+    fn with(self, sine: f64, cosine: f64) -> Self {
+        let (is_most, is_least) = (cosine > self.most[1], cosine < self.least[1]);
+        Extremes {
+            most: [if is_most { sine } else { self.most[0] }, if is_most { cosine } else { self.most[1] }],
+            least: [if is_least { sine } else { self.least[0] }, if is_least { cosine } else { self.least[1] }],
+        }
+    }
 }
 
 /// The edges by the vertices at their ends.
@@ -316,88 +339,77 @@ impl Tet {
     /// Sine and cosine of the smallest dihedral angle. `VTK`: the angles at edges 02 and 13 are taken from 180 degrees.
     #[inline(always)]
     pub fn min_dihedral<const VTK: bool>(&self) -> [f64; 2] {
-        self.dihedral::<true, VTK>()
+        self.dihedrals::<VTK>().most
     }
 
     /// Sine and cosine of the largest dihedral angle.
     #[inline(always)]
     pub fn max_dihedral(&self) -> [f64; 2] {
-        self.dihedral::<false, false>()
+        self.dihedrals::<false>().least
     }
 
+    /// The dihedral angles with the largest and the least cosine. Sines are NaN where a face has no area.
     #[inline(always)]
-    fn dihedral<const SMALLEST: bool, const VTK: bool>(&self) -> [f64; 2] {
-        let first = if SMALLEST { -2.0 } else { 2.0 };
+    pub fn dihedrals<const VTK: bool>(&self) -> Extremes {
         let a = self.areas();
         let inverse = [1.0 / a[0], 1.0 / a[1], 1.0 / a[2], 1.0 / a[3]];
-        let (mut best, mut length2, mut scale) = (first, 0.0, 0.0);
-        let mut edge = 0;
-        while edge < 6 {
-            let [i, j] = FACES_AT[edge];
-            let by = inverse[i] * inverse[j];
-            let cosine = -dot(self.normals[i], self.normals[j]) * by;
-            let cosine = if VTK && (edge == 2 || edge == 4) { -cosine } else { cosine };
-            let better = if SMALLEST { cosine > best } else { cosine < best };
-            best = if better { cosine } else { best };
-            length2 = if better { self.lengths2[edge] } else { length2 };
-            scale = if better { by } else { scale };
-            edge += 1;
-        }
-        // A face without an area has no angles.
-        let least = smallest(self.areas2);
-        let sine = self.jacobian.abs() * length2.sqrt() * scale;
-        [if least > 0.0 { sine } else { f64::NAN }, best]
+        // Loops as long as this one are not unrolled, and what has loops inside does not become vector instructions.
+        let found = self.at_edge::<0, VTK>(inverse, Extremes::NONE);
+        let found = self.at_edge::<1, VTK>(inverse, found);
+        let found = self.at_edge::<2, VTK>(inverse, found);
+        let found = self.at_edge::<3, VTK>(inverse, found);
+        let found = self.at_edge::<4, VTK>(inverse, found);
+        let found = self.at_edge::<5, VTK>(inverse, found);
+        let jacobian = if smallest(self.areas2) > 0.0 { self.jacobian.abs() } else { f64::NAN };
+        let sine = |[square, cosine]: [f64; 2]| [jacobian * square.sqrt(), cosine];
+        Extremes { most: sine(found.most), least: sine(found.least) }
     }
 
-    /// Sines and cosines of the smallest and the largest dihedral angle, then of the smallest and the largest angle of a face.
+    /// Takes in the angle at an edge; its sine is squared, and lacks the Jacobian.
     #[inline(always)]
-    pub fn extreme_angles(&self) -> [f64; 8] {
-        let (e, l, a) = (self.edges, self.lengths2, self.areas());
+    fn at_edge<const EDGE: usize, const VTK: bool>(&self, inverse: [f64; 4], found: Extremes) -> Extremes {
+        let [i, j] = FACES_AT[EDGE];
+        let by = inverse[i] * inverse[j];
+        let cosine = -dot(self.normals[i], self.normals[j]) * by;
+        found.with(self.lengths2[EDGE] * by * by, if VTK && (EDGE == 2 || EDGE == 4) { -cosine } else { cosine })
+    }
+
+    /// The angles of faces with the largest and the least cosine.
+    #[inline(always)]
+    pub fn face_angles(&self) -> Extremes {
+        let (l, a) = (self.lengths2, self.areas());
         let inverse = [1.0 / l[0].sqrt(), 1.0 / l[1].sqrt(), 1.0 / l[2].sqrt(), 1.0 / l[3].sqrt(), 1.0 / l[4].sqrt(), 1.0 / l[5].sqrt()];
-        // Two edges of a face, and whether both leave the vertex where they meet, or both reach it.
-        const ANGLES: [(usize, usize, usize, bool); 12] = [
-            (0, 1, 4, true),
-            (0, 1, 5, false),
-            (0, 4, 5, true),
-            (1, 2, 3, true),
-            (1, 2, 5, false),
-            (1, 3, 5, true),
-            (2, 0, 3, true),
-            (2, 0, 4, false),
-            (2, 3, 4, true),
-            (3, 0, 1, false),
-            (3, 0, 2, true),
-            (3, 1, 2, true),
-        ];
-        let (mut most, mut of_most, mut least, mut of_least) = (-2.0, 0.0, 2.0, 0.0);
-        let mut k = 0;
-        while k < 12 {
-            let (face, i, j, same) = ANGLES[k];
-            let by = inverse[i] * inverse[j];
-            let cosine = if same { dot(e[i], e[j]) * by } else { -dot(e[i], e[j]) * by };
-            let sine = a[face] * by;
-            let (is_most, is_least) = (cosine > most, cosine < least);
-            most = if is_most { cosine } else { most };
-            of_most = if is_most { sine } else { of_most };
-            least = if is_least { cosine } else { least };
-            of_least = if is_least { sine } else { of_least };
-            k += 1;
-        }
-        let ([min, min_cosine], [max, max_cosine]) = (self.min_dihedral::<false>(), self.max_dihedral());
-        [min, min_cosine, max, max_cosine, of_most, most, of_least, least]
+        // Between edges that both leave a vertex, or both reach it; or else the sign is another.
+        let found = self.between::<1, 4>(a[0], 1.0, inverse, Extremes::NONE);
+        let found = self.between::<1, 5>(a[0], -1.0, inverse, found);
+        let found = self.between::<4, 5>(a[0], 1.0, inverse, found);
+        let found = self.between::<2, 3>(a[1], 1.0, inverse, found);
+        let found = self.between::<2, 5>(a[1], -1.0, inverse, found);
+        let found = self.between::<3, 5>(a[1], 1.0, inverse, found);
+        let found = self.between::<0, 3>(a[2], 1.0, inverse, found);
+        let found = self.between::<0, 4>(a[2], -1.0, inverse, found);
+        let found = self.between::<3, 4>(a[2], 1.0, inverse, found);
+        let found = self.between::<0, 1>(a[3], -1.0, inverse, found);
+        let found = self.between::<0, 2>(a[3], 1.0, inverse, found);
+        self.between::<1, 2>(a[3], 1.0, inverse, found)
+    }
+
+    /// Takes in the angle between two edges of a face of this area (doubled).
+    #[inline(always)]
+    fn between<const I: usize, const J: usize>(&self, area: f64, sign: f64, inverse: [f64; 6], found: Extremes) -> Extremes {
+        let by = inverse[I] * inverse[J];
+        found.with(area * by, sign * dot(self.edges[I], self.edges[J]) * by)
     }
 
     /// Sine and cosine (with a common factor) of half the smallest solid angle: `tan = |J| / (abc + (a.b) c + ..)` at each vertex.
     #[inline(always)]
     pub fn half_solid_angle(&self) -> [f64; 2] {
         let (e, l) = (self.edges, self.lengths2);
-        let length = [l[0].sqrt(), l[1].sqrt(), l[2].sqrt(), l[3].sqrt(), l[4].sqrt(), l[5].sqrt()];
-        let most = largest([
-            solid_angle([e[0], e[2], e[3]], [length[0], length[2], length[3]]),
-            solid_angle([negative(e[0]), e[1], e[4]], [length[0], length[1], length[4]]),
-            solid_angle([e[1], e[2], negative(e[5])], [length[1], length[2], length[5]]),
-            solid_angle([e[3], e[4], e[5]], [length[3], length[4], length[5]]),
-        ]);
+        let [l0, l1, l2, l3, l4, l5] = [l[0].sqrt(), l[1].sqrt(), l[2].sqrt(), l[3].sqrt(), l[4].sqrt(), l[5].sqrt()];
+        let most = larger(
+            larger(solid_angle(e[0], e[2], e[3], l0, l2, l3), solid_angle(negative(e[0]), e[1], e[4], l0, l1, l4)),
+            larger(solid_angle(e[1], e[2], negative(e[5]), l1, l2, l5), solid_angle(e[3], e[4], e[5], l3, l4, l5)),
+        );
         [self.jacobian.abs(), most]
     }
 }

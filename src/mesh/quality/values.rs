@@ -1,6 +1,6 @@
 //! The values of a metric over a mesh.
 
-use super::formulas::{Tet, Vector, angle, larger};
+use super::formulas::{Extremes, Tet, Vector, angle, larger};
 use super::metric::{Metric, REGULAR_DEGREES};
 use crate::mesh::TetMesh;
 use crate::progress::{Cancelled, Progress};
@@ -161,10 +161,9 @@ impl Block {
     fn fill(&mut self, corners: impl Fn(usize) -> [Vector; 4], count: usize) {
         for i in 0..BLOCK {
             let p = corners(if i < count { i } else { 0 });
-            for corner in 0..4 {
-                for axis in 0..3 {
-                    self.coordinates[3 * corner + axis][i] = p[corner][axis];
-                }
+            let [[ax, ay, az], [bx, by, bz], [cx, cy, cz], [dx, dy, dz]] = p;
+            for (place, coordinate) in self.coordinates.iter_mut().zip([ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz]) {
+                place[i] = coordinate;
             }
         }
     }
@@ -234,7 +233,7 @@ impl Block {
             Metric::MinAngle => self.angle(out, Tet::min_dihedral::<false>, degrees),
             Metric::MaxAngle => self.angle(out, Tet::max_dihedral, degrees),
             Metric::SolidAngle => self.angle(out, Tet::half_solid_angle, 2.0),
-            Metric::EquiangleSkew => self.one(out, equiangle_skew),
+            Metric::EquiangleSkew => self.equiangle_skew(out),
             Metric::EquivolumeSkew => self.one(out, Tet::equivolume_skew),
             Metric::SquishIndex => self.one(out, Tet::squish_index),
             Metric::Inradius => self.one(out, Tet::inradius),
@@ -244,16 +243,31 @@ impl Block {
             Metric::Amips => self.one(out, Tet::amips),
         }
     }
+
+    /// In two passes: one of all of it is too much for the compiler to make vector instructions of.
+    #[inline(always)]
+    fn equiangle_skew(&self, out: &mut [f64; BLOCK]) {
+        let mut in_faces = [0.0; BLOCK];
+        self.one(
+            &mut in_faces,
+            #[inline(always)]
+            |tet| skew(tet.face_angles(), 60.0),
+        );
+        self.one(
+            out,
+            #[inline(always)]
+            |tet| skew(tet.dihedrals::<false>(), REGULAR_DEGREES),
+        );
+        for (out, in_faces) in out.iter_mut().zip(in_faces) {
+            *out = if in_faces > *out { in_faces } else { *out };
+        }
+    }
 }
 
+/// The larger deviation of two angles in degrees from that of the regular tet, in parts of what is possible.
 #[inline(always)]
-fn equiangle_skew(tet: &Tet) -> f64 {
+fn skew(angles: Extremes, regular: f64) -> f64 {
     let degrees = 1f64.to_degrees();
-    let a = tet.extreme_angles();
-    let (min, max) = (angle(a[0], a[1]) * degrees, angle(a[2], a[3]) * degrees);
-    let (min_face, max_face) = (angle(a[4], a[5]) * degrees, angle(a[6], a[7]) * degrees);
-    let over = larger((max - REGULAR_DEGREES) / (180.0 - REGULAR_DEGREES), (max_face - 60.0) / 120.0);
-    let under = larger((REGULAR_DEGREES - min) / REGULAR_DEGREES, (60.0 - min_face) / 60.0);
-    // Of a face without an area the dihedral angles are NaN, which stays.
-    larger(over, under) + 0.0 * max
+    let (min, max) = (angle(angles.most[0], angles.most[1]) * degrees, angle(angles.least[0], angles.least[1]) * degrees);
+    larger((max - regular) / (180.0 - regular), (regular - min) / regular) + 0.0 * max // NaN stays
 }
