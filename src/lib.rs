@@ -13,7 +13,8 @@
 //!                   ├─CompactMesh─gpu (tet by tet, f32)────────────────────────────────────────────────────────▶ Image
 //!                   └─exact (ray by ray, f64)──────────────────────────────────────────────────────────────────▶ Image
 //!
-//! Image, Image ─compare─▶ numbers, difference map;  Subject, OctreeTexture ─study::FieldError, octree::error_bound─▶ the stated error
+//! Image, Image ─compare─▶ numbers, difference map;  Surface, Surface ─compare─▶ distances;  OnMesh, OnMesh ─compare─▶ norms
+//! Subject, OctreeTexture ─study::FieldError, octree::error_bound─▶ the stated error
 //!
 //! View = Camera + TransferFunction + RenderSettings goes into every renderer and decides everything else about an image
 //! ```

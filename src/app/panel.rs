@@ -58,6 +58,7 @@ impl Viewer {
         ui.horizontal(|ui| {
             self.button(ui, "Open session...", "Data, thresholds, camera, colours and all else from a file", Action::OpenSession);
             self.button(ui, "Save session...", "All that is chosen into a file; octetra render --session draws it", Action::SaveSession);
+            self.compare_button(ui, "Compare");
         });
         ui.horizontal(|ui| {
             self.screenshot_button(ui);

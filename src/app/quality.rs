@@ -148,7 +148,6 @@ impl Viewer {
         ui.add_space(2.0);
         ui.weak("Worst cells").on_hover_text("A click brings the camera to the cell and draws its edges; Ctrl+B brings it back");
         let marked = self.marked_cell().map(|cell| cell.tet);
-        let shape = mesh.file_cells().shape.name();
         for cell in &summary.worst {
             let value = match cell.value {
                 value if value.is_finite() => significant(value),
@@ -156,6 +155,7 @@ impl Viewer {
                 _ => "infinite".into(),
             };
             let text = RichText::new(format!("{value}   cell {}", cell.cell)).small();
+            let (shape, _) = mesh.file_cells().cell_type(cell.tet).name();
             let tip = format!("{shape} {} of the file, tet {}\ncentre {}\nclick to fly there", cell.cell, cell.tet, position(cell.center));
             if ui.selectable_label(marked == Some(cell.tet), text).on_hover_text(tip).clicked() {
                 self.fly_to(mesh, *cell);

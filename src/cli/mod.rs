@@ -4,6 +4,8 @@ mod args;
 mod bench;
 mod colormap;
 mod compare;
+mod convert;
+mod formats;
 mod generate;
 mod info;
 mod long_work;
@@ -58,7 +60,7 @@ enum Command {
     Info(info::InfoCommand),
     /// Build the octree and write its texture for other programs
     Regularize(regularize::RegularizeCommand),
-    /// Say how far an image is from a reference: PSNR, SSIM, FLIP, a difference map
+    /// Say how far a picture is from a reference, or a mesh from another or from a surface
     Compare(compare::CompareCommand),
     /// Say what the data and the octree hold at points or along a line
     Probe(probe::ProbeCommand),
@@ -70,6 +72,10 @@ enum Command {
     Bench(bench::BenchCommand),
     /// List, convert and write colour maps and transfer functions
     Colormap(colormap::ColormapCommand),
+    /// Write a mesh of any format as .vtu or .msh
+    Convert(convert::ConvertCommand),
+    /// List the formats of files that octetra reads and writes
+    Formats(formats::FormatsCommand),
     /// Make a mesh that carries a known field
     Generate(generate::GenerateCommand),
 }
@@ -88,6 +94,8 @@ impl Cli {
             Some(Command::Tune(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
             Some(Command::Colormap(command)) => command.run(),
+            Some(Command::Convert(command)) => command.run(),
+            Some(Command::Formats(command)) => command.run(),
             Some(Command::Generate(command)) => command.run(),
             None => self.view.run(),
         }

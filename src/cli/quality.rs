@@ -118,8 +118,8 @@ impl QualityCommand {
 
     fn say(&self, out: &mut impl Write, mesh: &TetMesh, judged: &[Judged]) -> io::Result<()> {
         writeln!(out, "tets          {}", mesh.tets().len())?;
-        if mesh.file_cells().shape.tets() > 1 {
-            writeln!(out, "cells         {}, of {} tets each", mesh.file_cells().shape.name(), mesh.file_cells().shape.tets())?;
+        if !mesh.file_cells().is_tets() {
+            writeln!(out, "cells         cut into tets, which are judged each")?;
         }
         writeln!(out, "  inverted    {}", mesh.inverted_count())?;
         writeln!(out, "  zero volume {}", mesh.zero_volume_count())?;
@@ -154,7 +154,7 @@ impl QualityCommand {
             "tets": mesh.tets().len(),
             "inverted": mesh.inverted_count(),
             "zero_volume": mesh.zero_volume_count(),
-            "cell_shape": mesh.file_cells().shape.name(),
+            "cell_shape": mesh.file_cells().types.is_empty().then(|| mesh.file_cells().shape.key()),
             "rule": if self.as_vtk { "VTK" } else { "definition" },
             "metrics": judged.iter().map(in_json).collect::<Vec<_>>(),
         })
@@ -214,7 +214,7 @@ fn histogram(out: &mut impl Write, summary: &Summary) -> io::Result<()> {
 }
 
 fn worst(out: &mut impl Write, mesh: &TetMesh, summary: &Summary) -> io::Result<()> {
-    let is_part = mesh.file_cells().shape.tets() > 1;
+    let is_part = !mesh.file_cells().is_tets();
     let mut rows = vec![["value", "cell", "tet", "centre"].map(str::to_owned).to_vec()];
     for cell in &summary.worst {
         let value = if cell.value.is_finite() { short(cell.value) } else { not_finite(cell.value).into() };

@@ -12,7 +12,7 @@ use std::path::Path;
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Time series")]
 pub struct StepArgs {
-    /// The step of a series whose time is the nearest [default: the first step]
+    /// The step of a series whose time is the nearest [default: the first step, of an OpenFOAM case the last]
     #[arg(long, value_name = "T", value_parser = parse_time, allow_hyphen_values = true)]
     pub time: Option<f64>,
     /// The step of a series by its number, from 0
@@ -70,7 +70,7 @@ impl MeshArgs {
                 }
                 Ok(step)
             }
-            (None, None) => Ok(0),
+            (None, None) => Ok(series.shown_first()),
         }
     }
 

@@ -2,8 +2,10 @@
 
 use super::args::{MeshArgs, RawArgs};
 use super::long_work::with_bar;
-use crate::format::{self, Data, ReadOptions, SolutionFile};
+use crate::format::{self, Contents, Data, ReadOptions, SolutionFile};
+use crate::mesh::generate::WING_VTU;
 use crate::octree::{Octree, OctreeParams, Subject};
+use crate::progress::Progress;
 use anyhow::Result;
 use std::sync::Arc;
 
@@ -32,6 +34,16 @@ pub fn regularized(args: &MeshArgs, subject: &Subject, params: &OctreeParams) ->
 /// How files are read.
 pub fn read_options(args: &MeshArgs, raw: &RawArgs) -> ReadOptions {
     ReadOptions { raw: raw.layout(), ..args.options() }
+}
+
+/// Reads the file that the arguments name, or the bundled mesh, its cells as they are. A PLOT3D grid needs no solution.
+pub fn read_contents(args: &MeshArgs, raw: &RawArgs) -> Result<Contents> {
+    let Some(path) = &args.mesh else { return Ok(format::embedded_contents("wing.vtu", WING_VTU, &Progress::new())?) };
+    let mut options = read_options(args, raw);
+    if options.solution == SolutionFile::Beside {
+        options.solution = SolutionFile::IfBeside;
+    }
+    with_bar(|progress| format::read_contents(path, &options, progress))
 }
 
 /// Reads the file that the arguments name, or the bundled mesh. `needs_solution`: a PLOT3D grid without one is an error.

@@ -1,6 +1,7 @@
-//! How far an image is from a reference: PSNR, SSIM, FLIP, and a map of where they differ.
+//! How far an image is from a reference: PSNR, SSIM, FLIP, and a map of where they differ; and how far a mesh is from another or from a
+//! surface.
 //!
-//! Both are compared as the 8-bit pictures over black that a screen shows, and as floats too where both have more than 8 bits. Every
+//! Two images are compared as the 8-bit pictures over black that a screen shows, and as floats too where both have more than 8 bits. Every
 //! number is given over all pixels and over the *covered* ones, for an empty background flatters: with a share c of the picture covered
 //! and an exact background, PSNR over all pixels is higher by 10 log10(1 / c).
 
@@ -10,6 +11,7 @@ mod flip;
 mod images;
 mod limits;
 mod map;
+mod mesh;
 mod ssim;
 #[cfg(test)]
 mod test_pictures;
@@ -20,6 +22,10 @@ pub use flip::{DEFAULT_PIXELS_PER_DEGREE, FlipFigures};
 pub use images::{AlphaFigures, CoverageRule, ImageComparison, Part, compare_images};
 pub use limits::{Limits, Verdict};
 pub use map::{DifferenceMap, difference_map};
+pub use mesh::{
+    DistanceOptions, FieldDifference, Hit, Largest, Nearest, Norms, OnMesh, OneSided, Surface, SurfaceDistances, SurfaceError,
+    SurfaceFigures, components, paint_surface,
+};
 pub use values::{Pair, pair};
 
 /// Why two images cannot be compared.

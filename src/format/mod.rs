@@ -1,19 +1,34 @@
 //! Files to meshes and volumes: one file a format, one registry line each.
 
+mod abaqus;
+#[cfg(test)]
+mod corpus_tests;
+#[cfg(test)]
+mod damage_tests;
+mod ensight;
+mod exodus;
+pub mod gmsh;
+mod hdf;
 mod legacy_vtk;
+mod medit;
 mod meta_image;
 pub mod nrrd;
+mod openfoam;
 mod parse;
 mod plot3d;
 mod raw;
 pub mod series;
 mod source;
+mod su2;
+mod surface;
+mod tetgen;
 pub mod transfer_file;
 #[cfg(test)]
 mod volume_tests;
 mod voxel_data;
 mod vti;
 pub mod vtu;
+mod xdmf;
 
 use crate::mesh::{MeshError, MeshParts, TetMesh, UnstructuredGrid, to_tets};
 use crate::progress::{Cancelled, Progress};
@@ -26,20 +41,37 @@ use source::Source;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
+pub use surface::write_ply;
 pub use voxel_data::VolumeError;
 use vtu::VtuError;
 
 /// The formats that [`read`] knows, one line each.
 #[rustfmt::skip]
 pub const FORMATS: &[Format] = &[
-    Format { name: "VTK XML unstructured grid", suffixes: &["vtu"], recognizes: is_vtu, reader: Reader::Mesh(vtu::read) },
+    Format { name: "VTK XML unstructured grid", suffixes: &["vtu"], recognizes: is_vtu, reader: Reader::Vtk(vtu::read) },
+    Format { name: "VTK XML surface", suffixes: &["vtp"], recognizes: vtu::recognizes_surface, reader: Reader::Vtk(vtu::read_surface) },
+    Format { name: "VTK XML pieces in several files", suffixes: &["pvtu", "pvts", "pvtr", "pvtp"], recognizes: vtu::parallel::recognizes, reader: Reader::Cells(vtu::parallel::read) },
     Format { name: "VTK XML image data", suffixes: &["vti"], recognizes: vti::recognizes, reader: Reader::Grid(vti::read) },
     Format { name: "VTK XML structured grid", suffixes: &["vts"], recognizes: vtu::structured::recognizes_structured, reader: Reader::Mesh(vtu::structured::read_structured) },
     Format { name: "VTK XML rectilinear grid", suffixes: &["vtr"], recognizes: vtu::structured::recognizes_rectilinear, reader: Reader::Mesh(vtu::structured::read_rectilinear) },
-    Format { name: "VTK legacy structured points, structured or rectilinear grid", suffixes: &["vtk"], recognizes: legacy_vtk::recognizes, reader: Reader::Either(legacy_vtk::read) },
+    Format { name: "VTK legacy", suffixes: &["vtk"], recognizes: legacy_vtk::recognizes, reader: Reader::Either(legacy_vtk::read) },
+    Format { name: "Gmsh mesh", suffixes: &["msh"], recognizes: gmsh::recognizes, reader: Reader::Cells(gmsh::read) },
+    Format { name: "Exodus II", suffixes: exodus::SUFFIXES, recognizes: exodus::recognizes, reader: Reader::Cells(exodus::read) },
+    Format { name: "VTKHDF", suffixes: &["vtkhdf", "hdf"], recognizes: hdf::recognizes, reader: Reader::Cells(hdf::read) },
+    Format { name: "Medit mesh", suffixes: &["mesh", "meshb"], recognizes: medit::recognizes, reader: Reader::Cells(medit::read) },
+    Format { name: "SU2 mesh", suffixes: &["su2"], recognizes: |_| false, reader: Reader::Cells(su2::read) },
+    Format { name: "TetGen mesh", suffixes: &["node", "ele"], recognizes: |_| false, reader: Reader::Cells(tetgen::read) },
+    Format { name: "Abaqus or CalculiX mesh", suffixes: &["inp"], recognizes: abaqus::recognizes, reader: Reader::Cells(abaqus::read) },
+    Format { name: "XDMF", suffixes: &["xdmf", "xmf"], recognizes: xdmf::recognizes, reader: Reader::Cells(xdmf::read) },
     Format { name: "NRRD", suffixes: &["nrrd", "nhdr"], recognizes: nrrd::recognizes, reader: Reader::Grid(nrrd::read) },
     Format { name: "PLOT3D", suffixes: plot3d::SUFFIXES, recognizes: |_| false, reader: Reader::Structured(plot3d::read) },
+    Format { name: "OpenFOAM case", suffixes: openfoam::SUFFIXES, recognizes: |_| false, reader: Reader::Cells(openfoam::read) },
+    Format { name: "EnSight Gold", suffixes: ensight::SUFFIXES, recognizes: ensight::recognizes, reader: Reader::Cells(ensight::read) },
     Format { name: "MetaImage", suffixes: &["mhd", "mha"], recognizes: meta_image::recognizes, reader: Reader::Grid(meta_image::read) },
+    Format { name: "STL", suffixes: &["stl"], recognizes: surface::stl::recognizes, reader: Reader::Cells(surface::stl::read) },
+    Format { name: "PLY", suffixes: &["ply"], recognizes: surface::ply::recognizes, reader: Reader::Cells(surface::ply::read) },
+    Format { name: "Wavefront OBJ", suffixes: &["obj"], recognizes: surface::obj::recognizes, reader: Reader::Cells(surface::obj::read) },
+    Format { name: "OFF", suffixes: &["off"], recognizes: surface::off::recognizes, reader: Reader::Cells(surface::off::read) },
 ];
 
 /// Bytes at the start of a file that a format is recognized by.
@@ -56,9 +88,22 @@ pub struct Format {
     reader: Reader,
 }
 
+impl Format {
+    /// What its files hold, in words.
+    pub fn holds(&self) -> &'static str {
+        match self.reader {
+            Reader::Grid(_) => "a volume",
+            Reader::Either(_) => "a mesh or a volume",
+            Reader::Structured(_) | Reader::Mesh(_) => "a curvilinear grid",
+            Reader::Vtk(_) | Reader::Cells(_) => "a mesh",
+        }
+    }
+}
+
 /// What reads a format.
 #[derive(Debug)]
 enum Reader {
+    Vtk(fn(&Source<'_>, &Progress) -> Result<Found, VtuError>),
     Mesh(fn(&Source<'_>, &Progress) -> Result<MeshParts, VtuError>),
     Grid(fn(&GridFile<'_>, &Progress) -> Result<Grid, VolumeError>),
     Structured(fn(&GridFile<'_>, &Progress) -> Result<MeshParts, Plot3dError>),
@@ -91,7 +136,7 @@ pub enum Contents {
     /// Cells of any type.
     Cells(UnstructuredGrid),
     /// Tets.
-    Mesh(TetMesh),
+    Tets(MeshParts),
     /// A volume of one of its arrays.
     Grid(Grid),
 }
@@ -196,14 +241,12 @@ pub enum FormatError {
 /// piece: the peak of memory is what it holds and a few MiB, or the largest compressed block. A volume may have its numbers in another
 /// file, which must lie beside the first or in a folder below.
 pub fn read(path: &Path, options: &ReadOptions, progress: &Progress) -> Result<Data, FormatError> {
-    let found = open(path).and_then(|(file, len)| read_source(&Source::File(&file, len), path, options, progress));
-    found.map_err(|problem| named(path, problem))
+    opened(path, |source| read_source(source, path, options, progress))
 }
 
 /// Reads a file as [`read`] does, and leaves its cells as they are.
 pub fn read_contents(path: &Path, options: &ReadOptions, progress: &Progress) -> Result<Contents, FormatError> {
-    let found = open(path).and_then(|(file, len)| contents(&Source::File(&file, len), path, options, progress));
-    found.map_err(|problem| named(path, problem))
+    opened(path, |source| contents(source, path, options, progress))
 }
 
 /// Reads a mesh, as [`read`] does with default options; a volume is refused.
@@ -213,8 +256,7 @@ pub fn read_mesh(path: &Path, progress: &Progress) -> Result<TetMesh, FormatErro
 
 /// Reads a mesh, as [`read`] does; a volume is refused before its numbers are read.
 pub fn read_mesh_with(path: &Path, options: &ReadOptions, progress: &Progress) -> Result<TetMesh, FormatError> {
-    let found = open(path).and_then(|(file, len)| read_mesh_source(&Source::File(&file, len), path, options, progress));
-    found.map_err(|problem| named(path, problem))
+    opened(path, |source| read_mesh_source(source, path, options, progress))
 }
 
 /// Reads a mesh from a file that is in memory. `name` stands for its path: its suffix tells the format if its content does not, and
@@ -222,6 +264,21 @@ pub fn read_mesh_with(path: &Path, options: &ReadOptions, progress: &Progress) -
 pub fn read_embedded(name: &str, bytes: &[u8], progress: &Progress) -> Result<TetMesh, FormatError> {
     let path = Path::new(name);
     read_mesh_source(&Source::Bytes(bytes), path, &ReadOptions::default(), progress).map_err(|problem| named(path, problem))
+}
+
+/// Reads what lies at a path. A folder that is read as one file has no bytes of its own.
+fn opened<T>(path: &Path, read: impl FnOnce(&Source<'_>) -> Result<T, Problem>) -> Result<T, FormatError> {
+    let found = match openfoam::is_folder(path) {
+        true => read(&Source::Bytes(&[])),
+        false => open(path).and_then(|(file, len)| read(&Source::File(&file, len))),
+    };
+    found.map_err(|problem| named(path, problem))
+}
+
+/// What a file that is in memory holds, as [`read_embedded`] reads it.
+pub fn embedded_contents(name: &str, bytes: &[u8], progress: &Progress) -> Result<Contents, FormatError> {
+    let path = Path::new(name);
+    contents(&Source::Bytes(bytes), path, &ReadOptions::default(), progress).map_err(|problem| named(path, problem))
 }
 
 fn open(path: &Path) -> Result<(File, u64), Problem> {
@@ -244,7 +301,7 @@ fn named(path: &Path, problem: Problem) -> FormatError {
 fn read_source(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &Progress) -> Result<Data, Problem> {
     Ok(match contents(source, path, options, progress)? {
         Contents::Cells(grid) => Data::Mesh(TetMesh::new(to_tets(grid)?)?),
-        Contents::Mesh(mesh) => Data::Mesh(mesh),
+        Contents::Tets(parts) => Data::Mesh(TetMesh::new(parts)?),
         Contents::Grid(grid) => Data::Grid(grid),
     })
 }
@@ -258,6 +315,7 @@ fn contents(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &
     check_solution(format, options)?;
     let found = match format.reader {
         Reader::Grid(read) => Found::Grid(read(&file, progress)?),
+        Reader::Vtk(read) => read(source, progress)?,
         Reader::Mesh(read) => Found::Mesh(read(source, progress)?),
         Reader::Structured(read) => Found::Mesh(read(&file, progress)?),
         Reader::Either(read) => read(&file, progress)?,
@@ -266,7 +324,7 @@ fn contents(source: &Source<'_>, path: &Path, options: &ReadOptions, progress: &
     Ok(match found {
         Found::Cells(grid) => Contents::Cells(grid),
         Found::Grid(grid) => Contents::Grid(grid),
-        Found::Mesh(parts) => Contents::Mesh(TetMesh::new(parts)?),
+        Found::Mesh(parts) => Contents::Tets(parts),
     })
 }
 
@@ -289,7 +347,10 @@ fn check_solution(format: &Format, options: &ReadOptions) -> Result<(), Problem>
 
 fn format_of(source: &Source<'_>, path: &Path) -> Result<&'static Format, Problem> {
     let start = source.read(0, source.len().min(SNIFFED) as usize)?;
-    let suffix = path.extension().map(|suffix| suffix.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let suffix = match openfoam::is_folder(path) {
+        true => openfoam::SUFFIXES[0].to_owned(),
+        false => path.extension().map(|suffix| suffix.to_string_lossy().to_lowercase()).unwrap_or_default(),
+    };
     let by_content = || FORMATS.iter().find(|format| (format.recognizes)(&start));
     let by_suffix = || FORMATS.iter().find(|format| format.suffixes.contains(&suffix.as_str()));
     by_content().or_else(by_suffix).ok_or(Problem::Unknown)
@@ -303,5 +364,5 @@ fn known() -> String {
 
 fn is_vtu(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
-    text.contains("<VTKFile") && text.contains("UnstructuredGrid")
+    text.contains("<VTKFile") && text.contains("\"UnstructuredGrid\"")
 }

@@ -361,7 +361,11 @@ fn broken_headers_are_named_by_key_and_expectation() {
     let legacy = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 3 2 2\nPOINT_DATA 12\nSCALARS s int\n0 1 2 3 4 5 6 7 8 9 10 11\n";
     for (from, to, expected) in [
         ("ASCII", "EBCDIC", "line 3 is \"EBCDIC\", expected ASCII or BINARY"),
-        ("STRUCTURED_POINTS", "POLYDATA", "DATASET is \"POLYDATA\", expected STRUCTURED_POINTS, STRUCTURED_GRID, RECTILINEAR_GRID, which"),
+        (
+            "STRUCTURED_POINTS",
+            "HYPER_TREE",
+            "DATASET is \"HYPER_TREE\", expected STRUCTURED_POINTS, STRUCTURED_GRID, RECTILINEAR_GRID, UNSTRUCTURED_GRID, POLYDATA, which",
+        ),
         ("DIMENSIONS 3 2 2\n", "", "DIMENSIONS is missing"),
         ("DIMENSIONS 3 2 2", "DIMENSIONS 3 2 9", "the size of array \"s\" is \"12\", expected 54, by DIMENSIONS 3 2 9"),
         ("SCALARS s int", "SCALARS s text", "the type of array \"s\" is \"text\""),
@@ -559,7 +563,7 @@ fn legacy_structured_and_rectilinear_grids_are_meshes() {
     broken("STRUCTURED_GRID", &[("DIMENSIONS 3 2 2", &[])], "POINTS is missing");
     broken("STRUCTURED_GRID", &[("DIMENSIONS 3 2 3\nPOINTS 12 float", &points)], "the size of array \"POINTS\" is \"12\", expected 18");
     broken("STRUCTURED_GRID", &[("DIMENSIONS 3 2 2\nPOINTS 12 float", &points[..30])], "array \"POINTS\"");
-    broken("STRUCTURED_GRID", &[("DIMENSIONS 3 4 1\nPOINTS 12 float", &points)], "DIMENSIONS is \"3 4 1\", expected 2 points or more");
+    broken("STRUCTURED_GRID", &[("DIMENSIONS 3 4 1\nPOINTS 12 float", &points)], "has no cell with a volume: it holds 6 quads (type 9)");
     broken("STRUCTURED_GRID", &[("DIMENSIONS 9999999 9999999 9999999\nPOINTS 12 float", &points)], "fewer than 4294967295 in all");
     broken(
         "RECTILINEAR_GRID",

@@ -165,9 +165,19 @@ pub fn write_bytes_png(path: &Path, rgb: &[u8], size: [u32; 2]) -> Result<(), Im
     encode_png(path, rgb, size, ExtendedColorType::Rgb8)
 }
 
-fn encode_png(path: &Path, bytes: &[u8], [width, height]: [u32; 2], color: ExtendedColorType) -> Result<(), ImageError> {
+/// An 8-bit PNG of RGB bytes in memory, to be a part of the file at `path`, which errors name.
+pub fn bytes_png(path: &Path, rgb: &[u8], size: [u32; 2]) -> Result<Vec<u8>, ImageError> {
+    png(path, rgb, size, ExtendedColorType::Rgb8)
+}
+
+fn png(path: &Path, bytes: &[u8], [width, height]: [u32; 2], color: ExtendedColorType) -> Result<Vec<u8>, ImageError> {
     let mut png = Vec::new();
     PngEncoder::new(&mut png).write_image(bytes, width, height, color).map_err(|cause| ImageError::Png { path: path.into(), cause })?;
+    Ok(png)
+}
+
+fn encode_png(path: &Path, bytes: &[u8], size: [u32; 2], color: ExtendedColorType) -> Result<(), ImageError> {
+    let png = png(path, bytes, size, color)?;
     write_atomically(path, |out| out.write_all(&png)).map_err(|cause| ImageError::Io { path: path.into(), cause })
 }
 

@@ -4,8 +4,8 @@ mod files;
 mod template;
 
 pub use files::{
-    ImageError, ImageFile, PixelValues, StoredImage, read_image, read_npy, read_png, write_atomically, write_bytes_png, write_npy,
-    write_png, write_values_npy,
+    ImageError, ImageFile, PixelValues, StoredImage, bytes_png, read_image, read_npy, read_png, write_atomically, write_bytes_png,
+    write_npy, write_png, write_values_npy,
 };
 pub use template::{NoNumber, Template};
 

@@ -1,7 +1,7 @@
 //! Curvilinear grids as tets: blocks of points in rows, columns and layers whose cells are hexahedra, five tets each.
 
-use super::to_tets::gathered;
-use super::{CellShape, DataArray, FileCells, MeshError, MeshParts};
+use super::to_tets::{gathered, without_unused};
+use super::{CellType, DataArray, FileCells, MeshError, MeshParts};
 use crate::geometry;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -36,6 +36,23 @@ impl StructuredBlock {
     /// How many points it has.
     pub fn points(&self) -> usize {
         self.dims.iter().product()
+    }
+
+    /// How many cells it has, blanked ones counted.
+    pub fn cell_count(&self) -> usize {
+        self.cells().iter().product()
+    }
+
+    /// The corners of its cells in VTK's order, and their numbers, without blanked ones; `first` is the index of its first point.
+    pub fn hexahedra(&self, first: u32) -> impl Iterator<Item = ([u32; 8], u32)> {
+        let ([nx, ny, _], [cx, cy, _]) = (self.dims, self.cells());
+        (0..self.cell_count()).filter_map(move |cell| {
+            let [i, j, k] = [cell % cx, cell / cx % cy, cell / (cx * cy)];
+            let at = |x: usize, y: usize, z: usize| i + x + nx * (j + y + ny * (k + z));
+            let corners = [at(0, 0, 0), at(1, 0, 0), at(1, 1, 0), at(0, 1, 0), at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)];
+            let is_blanked = corners.iter().any(|&c| self.blanked.get(c) == Some(&true)) || self.blanked_cells.get(cell) == Some(&true);
+            (!is_blanked).then(|| (corners.map(|corner| first + corner as u32), cell as u32))
+        })
     }
 
     /// Cells along each axis.
@@ -95,25 +112,10 @@ pub fn split_into_tets(
         (first, first_cell) = (end, first_cell + block.cells().iter().product::<usize>());
     }
     let cell_data = cell_data.into_iter().map(|array| gathered(array, &cells)).collect();
-    let shape = CellShape::Hexahedron;
-    let is_whole = tets.len() == shape.tets() * first_cell;
-    let file_cells = FileCells { shape, numbers: if is_whole { vec![] } else { cells } };
-    Ok(without_unused(MeshParts { points, tets, point_data, cell_data, active_scalars, file_cells }))
-}
-
-/// The same mesh without points that no tet uses.
-fn without_unused(mut parts: MeshParts) -> MeshParts {
-    let mut place = vec![u32::MAX; parts.points.len()];
-    parts.tets.iter().flatten().for_each(|&i| place[i as usize] = 0);
-    let used: Vec<u32> = (0..place.len() as u32).filter(|&i| place[i as usize] == 0).collect();
-    if used.len() == place.len() {
-        return parts;
-    }
-    used.iter().enumerate().for_each(|(new, &old)| place[old as usize] = new as u32);
-    parts.tets.par_iter_mut().for_each(|tet| *tet = tet.map(|i| place[i as usize]));
-    parts.points = used.iter().map(|&i| parts.points[i as usize]).collect();
-    parts.point_data = parts.point_data.into_iter().map(|array| gathered(array, &used)).collect();
-    parts
+    let tets_per_cell = EVEN.len();
+    let numbers = if tets.len() == tets_per_cell * first_cell { vec![] } else { cells };
+    let file_cells = FileCells { shape: CellType::HEXAHEDRON, tets_per_cell, numbers, types: vec![] };
+    Ok(without_unused(MeshParts { points, tets, point_data, cell_data, active_scalars, file_cells, notes: vec![] }))
 }
 
 #[cfg(test)]

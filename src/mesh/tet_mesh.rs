@@ -1,6 +1,7 @@
 //! [`TetMesh`] and its validation.
 
-use super::FileCells;
+use super::to_tets::{gathered, without_unused};
+use super::{CellType, FileCells, thousands};
 use crate::geometry::{self, Aabb, Placed};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -55,6 +56,44 @@ impl DataArray {
     }
 }
 
+impl DataArray {
+    /// Its tuples at these places.
+    pub fn gathered(self, places: &[u32]) -> DataArray {
+        gathered(self, places)
+    }
+
+    /// Adds the tuples of another, which has as many components.
+    fn append(&mut self, other: DataArray) {
+        match (&mut self.values, other.values) {
+            (Values::F32(values), Values::F32(more)) => values.extend(more),
+            (Values::F64(values), Values::F64(more)) => values.extend(more),
+            (Values::F64(values), Values::F32(more)) => values.extend(more.iter().map(|&v| f64::from(v))),
+            (Values::F32(values), Values::F64(more)) => {
+                let wide = values.iter().map(|&v| f64::from(v)).chain(more).collect();
+                self.values = Values::F64(wide);
+            }
+        }
+    }
+
+    /// Puts arrays behind those of the same name and size; others of either are dropped, and named.
+    pub(super) fn append_all(arrays: &mut Vec<DataArray>, more: Vec<DataArray>) -> Vec<String> {
+        let mut more: Vec<Option<DataArray>> = more.into_iter().map(Some).collect();
+        let mut dropped = Vec::new();
+        arrays.retain_mut(|array| {
+            let is_it = |other: &&mut Option<DataArray>| {
+                other.as_ref().is_some_and(|other| other.name == array.name && other.components == array.components)
+            };
+            match more.iter_mut().find(is_it).and_then(Option::take) {
+                Some(other) => array.append(other),
+                None => dropped.push(array.name.clone()),
+            }
+            dropped.last() != Some(&array.name)
+        });
+        dropped.extend(more.into_iter().flatten().map(|array| array.name));
+        dropped
+    }
+}
+
 /// What a reader hands to [`TetMesh::new`]: absolute coordinates, nothing checked yet.
 #[derive(Debug, Clone, Default)]
 pub struct MeshParts {
@@ -70,6 +109,8 @@ pub struct MeshParts {
     pub active_scalars: Option<String>,
     /// Which cell of the file each tet is of.
     pub file_cells: FileCells,
+    /// What of the file is not here, or not as the file has it, one sentence each.
+    pub notes: Vec<String>,
 }
 
 /// Why parts do not make a mesh.
@@ -78,6 +119,40 @@ pub enum MeshError {
     /// There is nothing to draw.
     #[error("the mesh has no tetrahedra")]
     NoTets,
+    /// Its cells are points, lines and surfaces.
+    #[error("has no cell with a volume: it holds {0}")]
+    NoVolume(String),
+    /// Every cell has a point that is nowhere.
+    #[error("none of its cells has finite coordinates")]
+    NoFinite,
+    /// A cell has not the points that its type has.
+    #[error("cell {cell}, a {} (type {}), has {found} points, expected {expected}", cell_type.name().0, cell_type.0)]
+    CellPoints {
+        /// The first such cell.
+        cell: usize,
+        /// Its type.
+        cell_type: CellType,
+        /// Points it has.
+        found: usize,
+        /// Points of its type.
+        expected: usize,
+    },
+    /// A cell names a point that does not exist.
+    #[error("cell {cell} uses point {index}, but there are only {points} points")]
+    CellPoint {
+        /// The first such cell.
+        cell: usize,
+        /// The index it holds.
+        index: u32,
+        /// The number of points.
+        points: usize,
+    },
+    /// A polyhedron's list of faces ends too early or too late.
+    #[error("the faces of polyhedron {cell} are not as many as it says")]
+    Polyhedron {
+        /// The first such cell.
+        cell: usize,
+    },
     /// Indices are u32.
     #[error("the mesh has {count} {what}, more than the {max} that octetra can index", max = u32::MAX - 1)]
     TooMany {
@@ -95,14 +170,6 @@ pub enum MeshError {
         index: u32,
         /// The number of points.
         points: usize,
-    },
-    /// A coordinate is NaN or infinite.
-    #[error("point {index} has the coordinates ({}, {}, {}); coordinates must be finite", at.x, at.y, at.z)]
-    NonFinitePoint {
-        /// The first such point.
-        index: usize,
-        /// Its coordinates.
-        at: DVec3,
     },
     /// An array does not fit the mesh.
     #[error("array \"{name}\" has {found} numbers, expected {tuples} x {components} (one tuple for each of the {tuples} {of})")]
@@ -139,12 +206,14 @@ pub struct TetMesh {
     cell_data: Vec<DataArray>,
     active_scalars: Option<String>,
     file_cells: FileCells,
+    notes: Vec<String>,
 }
 
 impl TetMesh {
-    /// Validates parts: checks indices, coordinates and array lengths, reorients inverted tets, marks those without volume.
+    /// Validates parts: checks indices and array lengths, leaves out points that are not finite with their tets, reorients inverted tets,
+    /// marks those without volume.
     pub fn new(parts: MeshParts) -> Result<Self, MeshError> {
-        let MeshParts { mut points, mut tets, point_data, cell_data, active_scalars, file_cells } = parts;
+        let MeshParts { points, tets, point_data, cell_data, file_cells, .. } = &parts;
         let limit = u32::MAX as usize - 1;
         for (what, count) in [("points", points.len()), ("tets", tets.len())] {
             if count > limit {
@@ -161,10 +230,7 @@ impl TetMesh {
         {
             return Err(MeshError::PointIndex { tet, index, points: points.len() });
         }
-        if let Some(index) = points.par_iter().position_first(|p| !p.is_finite()) {
-            return Err(MeshError::NonFinitePoint { index, at: points[index] });
-        }
-        for (arrays, tuples, of) in [(&point_data, points.len(), "points"), (&cell_data, tets.len(), "tets")] {
+        for (arrays, tuples, of) in [(point_data, points.len(), "points"), (cell_data, tets.len(), "tets")] {
             for a in arrays {
                 if a.components == 0 || Some(a.values.len()) != tuples.checked_mul(a.components) {
                     let (name, found, components) = (a.name.clone(), a.values.len(), a.components);
@@ -176,6 +242,8 @@ impl TetMesh {
             let (found, tuples) = (file_cells.numbers.len(), tets.len());
             return Err(MeshError::ArrayLength { name: "file cells".into(), found, tuples, components: 1, of: "tets" });
         }
+        let parts = if points.par_iter().all(|p| p.is_finite()) { parts } else { without_broken(parts)? };
+        let MeshParts { mut points, mut tets, point_data, cell_data, active_scalars, file_cells, notes } = parts;
         let world = Aabb::of_points(points.iter().copied());
         let center = world.center();
         points.par_iter_mut().for_each(|p| *p -= center);
@@ -209,6 +277,7 @@ impl TetMesh {
             cell_data,
             active_scalars,
             file_cells,
+            notes,
         })
     }
 
@@ -290,6 +359,11 @@ impl TetMesh {
         &self.file_cells
     }
 
+    /// What of the file is not here, or not as the file has it, one sentence each.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
     /// Bytes that the mesh takes in memory, arrays included.
     pub fn bytes(&self) -> usize {
         let arrays = self.point_data.iter().chain(&self.cell_data);
@@ -299,8 +373,35 @@ impl TetMesh {
             + self.zero_volume.len()
             + self.inverted.len()
             + size_of_val(&self.file_cells.numbers[..])
+            + self.file_cells.types.len()
             + array_bytes
     }
+}
+
+/// The same mesh without points whose coordinates are not finite, and without their tets.
+fn without_broken(mut parts: MeshParts) -> Result<MeshParts, MeshError> {
+    let is_whole = |tet: &[u32; 4]| tet.iter().all(|&corner| parts.points[corner as usize].is_finite());
+    let kept: Vec<u32> = (0..parts.tets.len() as u32).filter(|&tet| is_whole(&parts.tets[tet as usize])).collect();
+    if kept.is_empty() {
+        return Err(MeshError::NoFinite);
+    }
+    let (points, tets) = (parts.points.iter().filter(|p| !p.is_finite()).count(), parts.tets.len() - kept.len());
+    parts.notes.push(format!(
+        "{} points have no finite coordinates and were left out, with {} tets",
+        thousands(points as u64),
+        thousands(tets as u64)
+    ));
+    if tets > 0 {
+        let cells = &parts.file_cells;
+        parts.file_cells = FileCells {
+            numbers: kept.iter().map(|&tet| cells.number(tet as usize) as u32).collect(),
+            types: if cells.types.is_empty() { vec![] } else { kept.iter().map(|&tet| cells.cell_type(tet as usize)).collect() },
+            ..*cells
+        };
+        parts.cell_data = parts.cell_data.into_iter().map(|array| gathered(array, &kept)).collect();
+        parts.tets = kept.iter().map(|&tet| parts.tets[tet as usize]).collect();
+    }
+    Ok(without_unused(parts))
 }
 
 impl Placed for TetMesh {
@@ -346,11 +447,26 @@ mod tests {
         assert_eq!(TetMesh::new(parts).err(), Some(MeshError::PointIndex { tet: 0, index: 9, points: 4 }));
         let mut parts = unit();
         parts.points[2].y = f64::NAN;
-        assert!(matches!(TetMesh::new(parts).err(), Some(MeshError::NonFinitePoint { index: 2, .. })));
+        assert_eq!(TetMesh::new(parts).err(), Some(MeshError::NoFinite));
         let mut parts = unit();
         parts.point_data.push(DataArray { name: "s".into(), components: 1, values: Values::F32(vec![0.0; 3]) });
         assert!(TetMesh::new(parts).is_err_and(|e| e.to_string().contains("\"s\" has 3 numbers, expected 4 x 1")));
         assert_eq!(TetMesh::new(MeshParts::default()).err(), Some(MeshError::NoTets));
+    }
+
+    #[test]
+    fn points_that_are_nowhere_go_with_their_tets() {
+        let array =
+            |name: &str, n: usize| DataArray { name: name.into(), components: 1, values: Values::F64((0..n).map(|i| i as f64).collect()) };
+        let mut parts = unit();
+        parts.points.insert(0, DVec3::NAN);
+        parts.points.push(DVec3::splat(f64::INFINITY));
+        parts.tets = vec![[1, 2, 3, 5], [1, 2, 3, 4]];
+        (parts.point_data, parts.cell_data) = (vec![array("p", 6)], vec![array("c", 2)]);
+        let mesh = TetMesh::new(parts).expect("one tet is whole");
+        assert_eq!((mesh.points().len(), mesh.tets(), mesh.file_cells().number(0)), (4, &[[0, 1, 2, 3]][..], 1));
+        assert_eq!((mesh.point_data()[0].values.get(3), mesh.cell_data()[0].values.get(0)), (4.0, 1.0));
+        assert_eq!(mesh.notes(), ["2 points have no finite coordinates and were left out, with 1 tets"]);
     }
 
     #[test]

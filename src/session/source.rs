@@ -15,7 +15,7 @@ pub struct Source {
     /// More files, if those of a series are named one by one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub more: Vec<PathBuf>,
-    /// The step of a series, from 0; `None`: the first.
+    /// The step of a series, from 0; `None`: the first, of an OpenFOAM case the last.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<usize>,
     /// The solution of a PLOT3D grid, if it is not beside it.

@@ -84,7 +84,7 @@ impl Probe<'_> {
             (Subject::Mesh(mesh, field), Some(locator)) => {
                 let place = locator.find(mesh, local);
                 let cells = mesh.file_cells();
-                let cell = |tet: u32| Cell { number: cells.number(tet as usize) as u64, shape: cells.shape.name() };
+                let cell = |tet: u32| Cell { number: cells.number(tet as usize) as u64, shape: cells.cell_type(tet as usize).name().0 };
                 (place.map(|place| cell(place.tet)), place.and_then(|place| place.value(mesh, field)))
             }
             (Subject::Mesh(..), None) => (None, None),

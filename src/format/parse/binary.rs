@@ -52,6 +52,11 @@ impl<'a> Binary<'a> {
         self.at
     }
 
+    /// The order of its numbers' bytes.
+    pub fn order(&self) -> ByteOrder {
+        self.order
+    }
+
     /// The bytes that are left.
     pub fn rest(&self) -> &'a [u8] {
         &self.bytes[self.at..]
@@ -74,7 +79,7 @@ impl<'a> Binary<'a> {
 
     /// The next numbers.
     pub fn numbers<T: Plain>(&mut self, count: usize, what: &str) -> Result<Vec<T>, ParseError> {
-        let len = count.checked_mul(T::SIZE).unwrap_or(usize::MAX);
+        let len = count.saturating_mul(T::SIZE);
         let order = self.order;
         Ok(self.take(len, what)?.chunks_exact(T::SIZE).map(|bytes| T::from_bytes(bytes, order)).collect())
     }

@@ -1,12 +1,17 @@
 //! What readers of meshes share: words of a text, numbers of a binary file, files beside the one named, and how all of them say what is wrong.
 
+mod arrays;
 mod binary;
+mod tags;
 mod words;
 
+pub(super) use arrays::{real_numbers, whole_numbers};
 pub(super) use binary::{Binary, Plain};
-pub(super) use words::Words;
+pub(super) use tags::Tags;
+pub(super) use words::{Words, real};
 
 use super::GridFile;
+use super::vtu::VtuError;
 use crate::mesh::{MeshError, TooManyCellPoints};
 use crate::progress::Cancelled;
 use std::borrow::Cow;
@@ -32,6 +37,9 @@ pub enum ParseError {
         /// What should.
         expected: String,
     },
+    /// One of VTK's files is not sound.
+    #[error("{0}")]
+    Vtk(#[from] VtuError),
     /// It is sound, but of a kind that octetra does not read.
     #[error("{0}")]
     Unsupported(String),
@@ -60,7 +68,7 @@ impl ParseError {
     /// The request to stop, if that is why.
     pub(super) fn cancelled(&self) -> Option<Cancelled> {
         match self {
-            ParseError::Cancelled(cancelled) => Some(*cancelled),
+            ParseError::Cancelled(cancelled) | ParseError::Vtk(VtuError::Cancelled(cancelled)) => Some(*cancelled),
             ParseError::Other { problem, .. } => problem.cancelled(),
             _ => None,
         }
@@ -84,8 +92,27 @@ pub(super) fn beside(file: &GridFile<'_>, name: &str) -> Result<PathBuf, ParseEr
     Ok(file.path.parent().unwrap_or(Path::new("")).join(relative))
 }
 
+/// All bytes of another file, which must be a regular one: a pipe would not end.
+pub(super) fn content(path: &Path) -> Result<Vec<u8>, ParseError> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(ParseError::Unsupported("not a regular file".into()));
+    }
+    Ok(std::fs::read(path)?)
+}
+
 /// What stands in a file, short enough for a message.
 pub(super) fn shown(bytes: &[u8]) -> String {
     let text: String = String::from_utf8_lossy(bytes).trim().chars().take(40).collect();
     format!("\"{}\"", text.escape_debug())
+}
+
+/// What a reader makes of bytes in memory, for tests.
+#[cfg(test)]
+pub(super) fn parsed(
+    read: fn(&GridFile<'_>, &crate::progress::Progress) -> Result<crate::mesh::UnstructuredGrid, ParseError>,
+    bytes: &[u8],
+) -> Result<crate::mesh::UnstructuredGrid, ParseError> {
+    let source = super::Source::Bytes(bytes);
+    let file = GridFile { source: &source, path: Path::new("a mesh"), options: &super::ReadOptions::default() };
+    read(&file, &crate::progress::Progress::new())
 }

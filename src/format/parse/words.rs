@@ -29,6 +29,11 @@ impl<'a> Words<'a> {
         format!("line {}", self.line)
     }
 
+    /// The line it is in, from 1.
+    pub fn line(&self) -> usize {
+        self.line
+    }
+
     /// Bytes from the start of the text.
     pub fn at(&self) -> usize {
         self.at

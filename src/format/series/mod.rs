@@ -3,6 +3,7 @@
 //! * `.pvd`, ParaView's collection: `<DataSet timestep="0.5" file="flow_3.vtu"/>`, one file a step.
 //! * `.series`, ParaView's list: `{"files": [{"name": "flow_3.vtu", "time": 0.5}]}`.
 //! * A path with `*` in its file name, `flow_*.vtu`: the files of the folder with a number there, which is the time.
+//! * An OpenFOAM case of several times, by its folder or `case.foam` in it: the folders of the times. The last is shown first.
 //! * Files one by one: their last numbers are the times, where no two are the same; else the steps are counted from 0.
 
 mod lists;
@@ -10,6 +11,7 @@ mod numbered;
 #[cfg(test)]
 mod tests;
 
+use super::openfoam;
 use super::vtu::VtuError;
 pub use numbered::siblings;
 use std::collections::HashSet;
@@ -23,6 +25,8 @@ pub const SUFFIXES: [&str; 2] = ["pvd", "series"];
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     steps: Vec<Step>,
+    /// The step to show if none is chosen.
+    shown: usize,
 }
 
 /// A step of a series.
@@ -30,8 +34,15 @@ pub struct Series {
 pub struct Step {
     /// Its time, finite: the list's, the number in the file's name, or the step's number.
     pub time: f64,
-    /// Its file.
+    /// Its file, of an OpenFOAM case its folder.
     pub path: PathBuf,
+}
+
+impl Step {
+    /// Whether its file is there.
+    pub fn exists(&self) -> bool {
+        self.path.is_file() || openfoam::is_folder(&self.path)
+    }
 }
 
 /// What is wrong with a series, its name aside.
@@ -113,6 +124,10 @@ impl Series {
         if !more.is_empty() {
             return numbered::files(path, more).map(Some);
         }
+        if let Some(steps) = openfoam::steps(path) {
+            let last = steps.len() - 1;
+            return Series::new(steps).map(|series| Some(Series { shown: last, ..series })).map_err(named);
+        }
         let steps = match suffix.as_str() {
             "pvd" => lists::pvd(path),
             "series" => lists::json(path),
@@ -125,12 +140,17 @@ impl Series {
     /// Steps in any order.
     fn new(mut steps: Vec<Step>) -> Result<Series, Problem> {
         steps.sort_by(|a, b| a.time.total_cmp(&b.time));
-        if steps.is_empty() { Err(Problem::Empty) } else { Ok(Series { steps }) }
+        if steps.is_empty() { Err(Problem::Empty) } else { Ok(Series { steps, shown: 0 }) }
     }
 
     /// The steps by rising time, at least one.
     pub fn steps(&self) -> &[Step] {
         &self.steps
+    }
+
+    /// The step to show if none is chosen, by its number: the first, of an OpenFOAM case the last, since its first is what its solver began with.
+    pub fn shown_first(&self) -> usize {
+        self.shown
     }
 
     /// First and last time.

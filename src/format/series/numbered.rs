@@ -74,7 +74,7 @@ pub fn files(first: &Path, more: &[PathBuf]) -> Result<Series, SeriesError> {
 /// is no other.
 pub fn siblings(path: &Path) -> Option<(PathBuf, usize)> {
     let (before, _, after) = last_number(path)?;
-    if before.contains('*') || after.contains('*') {
+    if before.contains('*') || after.contains('*') || path.is_dir() {
         return None;
     }
     let folder = path.parent().unwrap_or(Path::new(""));

@@ -8,19 +8,23 @@
 //! * Text and bit arrays and field data are not read. Of arrays with the same name in one piece the first counts.
 //! * `byte_order` defaults to little-endian, `header_type` to UInt32, `NumberOfComponents` to 1 (for points 3).
 
+mod cells;
 mod compress;
 pub(super) mod data;
 pub(super) mod number;
+pub(super) mod parallel;
 pub(super) mod structured;
 #[cfg(test)]
 mod tests;
 pub mod write;
+pub mod write_grid;
 pub(super) mod xml;
 
 pub use data::ArrayError;
 
+use super::Found;
 use super::source::Source;
-use crate::mesh::{CellType, DataArray, MeshParts, Values, counts_in_words};
+use crate::mesh::{CellType, DataArray, MeshParts, TooManyCellPoints, UnstructuredGrid, Values};
 use crate::progress::{Cancelled, Progress};
 use data::ArrayReader;
 use glam::DVec3;
@@ -81,9 +85,9 @@ pub enum VtuError {
         /// What it should be.
         expected: String,
     },
-    /// It has cells that octetra does not read.
-    #[error("holds {0}; octetra reads linear tetrahedra (type 10)")]
-    Cells(String),
+    /// Its cells have more points than can be indexed.
+    #[error("{0}")]
+    CellPoints(#[from] TooManyCellPoints),
     /// Indices are u32.
     #[error("has {count} {what} in all, more than the {max} that octetra can index", max = u32::MAX - 1)]
     TooMany {
@@ -98,7 +102,7 @@ pub enum VtuError {
         /// Which piece.
         piece: String,
         /// What it lacks.
-        array: &'static str,
+        array: String,
         /// How many points or cells there are.
         items: u64,
         /// "points" or "cells".
@@ -114,25 +118,34 @@ pub enum VtuError {
     },
 }
 
-/// Reads a `.vtu` file that is in memory.
-pub fn parse(bytes: &[u8], progress: &Progress) -> Result<MeshParts, VtuError> {
-    read(&Source::Bytes(bytes), progress)
-}
-
-/// Reads a `.vtu` file. `progress` counts the bytes of its arrays.
-pub(super) fn read(source: &Source<'_>, progress: &Progress) -> Result<MeshParts, VtuError> {
+/// Reads a `.vtu` file: its tets, if it has nothing else, or cells of all types. `progress` counts the bytes of its arrays.
+pub(super) fn read(source: &Source<'_>, progress: &Progress) -> Result<Found, VtuError> {
     let head = xml::read_head(source, Kind::UnstructuredGrid)?;
     progress.begin("reading", source.len());
     let mesh = Reader { arrays: ArrayReader { source, head: &head, progress }, head: &head };
     mesh.check_counts()?;
-    mesh.check_cell_types()?;
-    mesh.assemble()
+    if mesh.is_of_tets()? { mesh.assemble().map(Found::Mesh) } else { mesh.grid().map(Found::Cells) }
 }
 
 /// Puts the pieces of one file together.
 struct Reader<'a> {
     arrays: ArrayReader<'a>,
     head: &'a Head,
+}
+
+/// Reads a `.vtp` file.
+pub(super) fn read_surface(source: &Source<'_>, progress: &Progress) -> Result<Found, VtuError> {
+    let head = xml::read_head(source, Kind::PolyData)?;
+    progress.begin("reading", source.len());
+    let mesh = Reader { arrays: ArrayReader { source, head: &head, progress }, head: &head };
+    mesh.check_counts()?;
+    mesh.grid().map(Found::Cells)
+}
+
+/// Whether a file starts as a `.vtp` does.
+pub(super) fn recognizes_surface(start: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(start);
+    text.contains("<VTKFile") && text.contains("\"PolyData\"")
 }
 
 /// What the arrays of a section belong to.
@@ -177,20 +190,18 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Refuses cells other than linear tets, all pieces counted.
-    fn check_cell_types(&self) -> Result<(), VtuError> {
-        let mut counts = [0; 256];
+    /// Whether all cells are linear tets.
+    fn is_of_tets(&self) -> Result<bool, VtuError> {
+        let mut others = 0;
         for (index, piece) in self.head.pieces.iter().enumerate().filter(|(_, piece)| piece.cells > 0) {
             let types = self.topology(index, "types")?;
             let count = |chunk: &[u8]| {
-                chunk.iter().for_each(|&cell_type| counts[usize::from(cell_type)] += 1);
+                others += chunk.iter().filter(|&&cell_type| CellType(cell_type) != CellType::TETRA).count();
                 Ok(())
             };
             self.arrays.visit(types, piece.cells, count).map_err(|e| self.error(index, "cells array \"types\"", e))?;
         }
-        let others = (0..=u8::MAX).map(CellType).filter(|&t| t != CellType::TETRA).map(|t| (t, counts[usize::from(t.0)]));
-        let others: Vec<(CellType, u64)> = others.filter(|&(_, count)| count > 0).collect();
-        if others.is_empty() { Ok(()) } else { Err(VtuError::Cells(counts_in_words(others))) }
+        Ok(others == 0)
     }
 
     fn assemble(&self) -> Result<MeshParts, VtuError> {
@@ -211,16 +222,13 @@ impl Reader<'_> {
             self.append_tets(index, &mut parts, kept.as_deref())?;
             self.append_points(index, &mut parts.points)?;
             for (of, arrays, kept) in [(Of::Points, &mut parts.point_data, None), (Of::Cells, &mut parts.cell_data, kept.as_deref())] {
-                if of.count(piece) > 0 {
-                    let by_name = of.section(piece).by_name();
-                    arrays.iter_mut().try_for_each(|array| self.append_data(index, of, by_name[array.name.as_str()], array, kept))?;
-                }
+                self.append_arrays(index, of, arrays, kept, &mut parts.notes)?;
             }
         }
         if parts.tets.len() as u64 == u64::from(first_cell) {
             parts.file_cells.numbers = vec![]; // cells and tets are numbered alike
         }
-        parts.active_scalars = self.active_scalars(&parts);
+        parts.active_scalars = self.active_scalars(&parts.point_data, &parts.cell_data);
         Ok(parts)
     }
 
@@ -313,13 +321,46 @@ impl Reader<'_> {
         if piece.points == 0 {
             return Ok(());
         }
-        let missing = || VtuError::Missing { piece: self.piece_name(index), array: "in <Points>", items: piece.points, of: "points" };
+        let missing =
+            || VtuError::Missing { piece: self.piece_name(index), array: "in <Points>".into(), items: piece.points, of: "points" };
         let array = piece.coordinates.first().ok_or_else(missing)?;
         let failed = |e| self.error(index, "the array in <Points>", e);
         match array.components {
             None | Some(3) => self.arrays.append(array, piece.points, points).map_err(failed),
             Some(found) => Err(failed(ArrayError::Components { found, expected: 3 })),
         }
+    }
+
+    /// Appends a piece's share of all arrays over points or cells. One that is stored longer than it should be, as some writers leave them, is
+    /// left out, and noted.
+    fn append_arrays(
+        &self,
+        index: usize,
+        of: Of,
+        arrays: &mut Vec<DataArray>,
+        kept: Option<&[bool]>,
+        notes: &mut Vec<String>,
+    ) -> Result<(), VtuError> {
+        let piece = &self.head.pieces[index];
+        if of.count(piece) == 0 {
+            return Ok(());
+        }
+        let by_name = of.section(piece).by_name();
+        let mut failed = None;
+        arrays.retain_mut(|array| match self.append_data(index, of, by_name[array.name.as_str()], array, kept) {
+            Ok(()) => true,
+            Err(VtuError::Array { array, reason: ArrayError::Length { found, expected } })
+                if found > expected && found <= self.arrays.source.len() =>
+            {
+                notes.push(format!("{array} has {found} bytes, expected {expected}, and was left out"));
+                false
+            }
+            Err(error) => {
+                failed.get_or_insert(error);
+                true
+            }
+        });
+        failed.map_or(Ok(()), Err)
     }
 
     /// Appends a piece's share of a point or cell array.
@@ -344,24 +385,16 @@ impl Reader<'_> {
     }
 
     /// The array that the first piece to say so marks as its scalars, points before cells.
-    fn active_scalars(&self, parts: &MeshParts) -> Option<String> {
+    fn active_scalars(&self, point_data: &[DataArray], cell_data: &[DataArray]) -> Option<String> {
         let marked = |of: Of| self.head.pieces.iter().find_map(move |piece| of.section(piece).scalars.as_ref());
-        [(Of::Points, &parts.point_data), (Of::Cells, &parts.cell_data)]
+        [(Of::Points, point_data), (Of::Cells, cell_data)]
             .into_iter()
             .find_map(|(of, arrays)| marked(of).filter(|name| arrays.iter().any(|array| array.name == **name)).cloned())
     }
 
     fn topology(&self, index: usize, name: &'static str) -> Result<&Array, VtuError> {
         let piece = &self.head.pieces[index];
-        let missing = || {
-            let array = match name {
-                "types" => "\"types\" in <Cells>",
-                "offsets" => "\"offsets\" in <Cells>",
-                _ => "\"connectivity\" in <Cells>",
-            };
-            VtuError::Missing { piece: self.piece_name(index), array, items: piece.cells, of: "cells" }
-        };
-        piece.topology.iter().find(|array| array.name == name).ok_or_else(missing)
+        self.named(&piece.topology, "Cells", index, name, piece.cells)
     }
 
     fn piece_name(&self, index: usize) -> String {

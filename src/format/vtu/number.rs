@@ -180,6 +180,7 @@ integer_item! {
     i16, "an integer of 16 bits";
     u16, "an integer from 0 to 65535";
     i32, "an integer of 32 bits";
+    i64, "an integer of 64 bits";
     u32, "an integer from 0 to 4294967295";
 }
 

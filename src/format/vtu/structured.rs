@@ -5,7 +5,7 @@
 
 use super::xml::{self, Kind};
 use super::{ArrayError, ArrayReader, DROPPED_GHOSTS, Of, Reader, Source, VtuError};
-use crate::mesh::{MeshParts, StructuredBlock, split_into_tets};
+use crate::mesh::{CellType, DataArray, MeshParts, StructuredBlock, UnstructuredGrid, split_into_tets};
 use crate::progress::Progress;
 use glam::DVec3;
 
@@ -35,7 +35,42 @@ pub(in crate::format) fn read_rectilinear(source: &Source<'_>, progress: &Progre
     read(source, Kind::RectilinearGrid, progress)
 }
 
+/// The hexahedra of a `.vts` or `.vtr` file, as cells of their own.
+pub(super) fn read_cells(source: &Source<'_>, kind: Kind, progress: &Progress) -> Result<UnstructuredGrid, VtuError> {
+    let Blocks { blocks, points, point_data, cell_data, active_scalars } = read_blocks(source, kind, progress)?;
+    let mut grid = UnstructuredGrid { points, point_data, active_scalars, ..UnstructuredGrid::default() };
+    let (mut first, mut kept) = (0, vec![]);
+    let mut first_cell = 0;
+    for block in &blocks {
+        for (corners, cell) in block.hexahedra(first) {
+            grid.cells.push(CellType::HEXAHEDRON, &corners)?;
+            kept.push(first_cell + cell);
+        }
+        (first, first_cell) = (first + block.points() as u32, first_cell + block.cell_count() as u32);
+    }
+    grid.cell_data = cell_data.into_iter().map(|array| array.gathered(&kept)).collect();
+    grid.numbers = kept;
+    Ok(grid)
+}
+
+/// What such a file holds.
+struct Blocks {
+    blocks: Vec<StructuredBlock>,
+    points: Vec<DVec3>,
+    point_data: Vec<DataArray>,
+    cell_data: Vec<DataArray>,
+    active_scalars: Option<String>,
+}
+
 fn read(source: &Source<'_>, kind: Kind, progress: &Progress) -> Result<MeshParts, VtuError> {
+    let Blocks { blocks, points, point_data, cell_data, active_scalars } = read_blocks(source, kind, progress)?;
+    match split_into_tets(&blocks, points, point_data, cell_data, active_scalars) {
+        Ok(parts) if !parts.tets.is_empty() => Ok(parts),
+        _ => Err(VtuError::NoCells),
+    }
+}
+
+fn read_blocks(source: &Source<'_>, kind: Kind, progress: &Progress) -> Result<Blocks, VtuError> {
     let head = xml::read_head(source, kind)?;
     progress.begin("reading", source.len());
     let reader = Reader { arrays: ArrayReader { source, head: &head, progress }, head: &head };
@@ -61,20 +96,16 @@ fn read(source: &Source<'_>, kind: Kind, progress: &Progress) -> Result<MeshPart
             }
         }
     }
-    let mut parts = MeshParts { point_data, cell_data, ..MeshParts::default() };
-    let active = reader.active_scalars(&parts);
-    let (point_data, cell_data) = (std::mem::take(&mut parts.point_data), std::mem::take(&mut parts.cell_data));
-    match split_into_tets(&blocks, points, point_data, cell_data, active) {
-        Ok(parts) if !parts.tets.is_empty() => Ok(parts),
-        _ => Err(VtuError::NoCells),
-    }
+    let active_scalars = reader.active_scalars(&point_data, &cell_data);
+    Ok(Blocks { blocks, points, point_data, cell_data, active_scalars })
 }
 
 impl Reader<'_> {
     /// Appends the points of a rectilinear piece: all combinations of the coordinates along three axes.
     fn append_lattice(&self, index: usize, points: &mut Vec<DVec3>) -> Result<(), VtuError> {
         let piece = &self.head.pieces[index];
-        let missing = || VtuError::Missing { piece: self.piece_name(index), array: "in <Coordinates> for each axis", items: 3, of: "axes" };
+        let missing =
+            || VtuError::Missing { piece: self.piece_name(index), array: "in <Coordinates> for each axis".into(), items: 3, of: "axes" };
         let mut along: [Vec<f64>; 3] = Default::default();
         for (axis, coordinates) in along.iter_mut().enumerate() {
             let array = piece.coordinates.get(axis).ok_or_else(missing)?;

@@ -141,7 +141,23 @@ fn file(style: Style, pieces: &[TestPiece]) -> Vec<u8> {
 }
 
 fn read_bytes(bytes: &[u8]) -> Result<MeshParts, VtuError> {
-    parse(bytes, &Progress::new())
+    read(&Source::Bytes(bytes), &Progress::new()).map(tets)
+}
+
+/// The tets of what was read; of cells as far as they are sound.
+fn tets(found: Found) -> MeshParts {
+    match found {
+        Found::Mesh(parts) => parts,
+        Found::Cells(grid) => crate::mesh::to_tets(grid).unwrap_or_default(),
+        Found::Grid(_) => panic!("a volume"),
+    }
+}
+
+fn grid(bytes: &[u8]) -> UnstructuredGrid {
+    match read(&Source::Bytes(bytes), &Progress::new()).expect("sound") {
+        Found::Cells(grid) => grid,
+        other => panic!("{other:?}"),
+    }
 }
 
 fn array<'a>(arrays: &'a [DataArray], name: &str) -> &'a DataArray {
@@ -192,7 +208,7 @@ fn a_file_on_disk_reads_like_one_in_memory() {
         let bytes = file(style, &[two_tets("Int64", "Float64")]);
         let on_disk = tempfile::tempfile().expect("a temporary file");
         io::Write::write_all(&mut &on_disk, &bytes).expect("written");
-        let parts = read(&Source::File(&on_disk, bytes.len() as u64), &Progress::new()).expect("sound");
+        let parts = tets(read(&Source::File(&on_disk, bytes.len() as u64), &Progress::new()).expect("sound"));
         let expected = read_bytes(&bytes).expect("sound");
         assert_eq!((parts.points, parts.tets, parts.point_data), (expected.points, expected.tets, expected.point_data));
     }
@@ -270,15 +286,88 @@ fn active_scalars_are_the_marked_array_if_it_is_there() {
     }
 }
 
+/// A piece with cells of other types: its points, types, ends and connectivity, and more arrays of cells.
+fn other_piece(points: usize, types: &[f64], ends: &[f64], connectivity: &[f64], more: &[(&'static str, &[f64])]) -> TestPiece {
+    let places = (0..3 * points).map(|i| f64::from(1 << (i % 20))).collect();
+    let mut arrays = vec![
+        ("Points", "Points", "Float64", Some(3), places),
+        ("Cells", "connectivity", "Int32", None, connectivity.to_vec()),
+        ("Cells", "offsets", "Int64", None, ends.to_vec()),
+        ("Cells", "types", "UInt8", None, types.to_vec()),
+        ("CellData", "c", "Float32", None, (0..types.len()).map(|i| i as f64).collect()),
+    ];
+    arrays.extend(more.iter().map(|&(name, values)| ("Cells", name, "Int64", None, values.to_vec())));
+    (points, types.len(), arrays)
+}
+
 #[test]
-fn other_cells_are_refused_by_name_and_number() {
-    let mut piece = two_tets("Int32", "Float32");
-    piece.2.retain(|array| array.1 != "types");
-    let mut other = piece.clone();
-    piece.2.push(("Cells", "types", "UInt8", None, vec![12.0, 10.0]));
-    other.2.push(("Cells", "types", "Int32", None, vec![12.0, 5.0]));
-    let error = read_bytes(&file(PLAIN, &[piece, other])).expect_err("not only tets").to_string();
-    assert_eq!(error, "holds 1 triangle (type 5) and 2 hexahedra (type 12); octetra reads linear tetrahedra (type 10)");
+fn cells_of_every_type_and_their_pieces() {
+    let first = other_piece(6, &[13.0, 1.0, 10.0], &[6.0, 7.0, 11.0], &[0., 1., 2., 3., 4., 5., 2., 0., 1., 2., 3.], &[]);
+    let second = other_piece(4, &[10.0, 5.0], &[4.0, 7.0], &[0., 1., 2., 3., 1., 2., 3.], &[]);
+    for style in styles() {
+        let grid = grid(&file(style, &[first.clone(), second.clone()]));
+        let cells: Vec<(u8, Vec<u32>)> = grid.cells.iter().map(|(t, nodes)| (t.0, nodes.to_vec())).collect();
+        let expected = [(13, vec![0, 1, 2, 3, 4, 5]), (1, vec![2]), (10, vec![0, 1, 2, 3]), (10, vec![6, 7, 8, 9]), (5, vec![7, 8, 9])];
+        assert_eq!(cells, expected, "{style:?}");
+        assert_eq!((grid.points.len(), numbers(&grid.cell_data[0])), (10, vec![0.0, 1.0, 2.0, 0.0, 1.0]));
+        assert!(grid.merges_points);
+    }
+}
+
+#[test]
+fn polyhedra_in_both_layouts() {
+    let tet = [4., 3., 0., 1., 2., 3., 0., 1., 3., 3., 0., 2., 3., 3., 1., 2., 3.];
+    let old =
+        other_piece(4, &[10.0, 42.0], &[4.0, 8.0], &[0., 1., 2., 3., 0., 1., 2., 3.], &[("faces", &tet), ("faceoffsets", &[-1.0, 17.0])]);
+    let new = other_piece(
+        4,
+        &[42.0, 10.0],
+        &[4.0, 8.0],
+        &[0., 1., 2., 3., 0., 1., 2., 3.],
+        &[
+            ("face_connectivity", &[0., 1., 2., 0., 1., 3., 0., 2., 3., 1., 2., 3.]),
+            ("face_offsets", &[3., 6., 9., 12.]),
+            ("polyhedron_to_faces", &[0., 1., 2., 3.]),
+            ("polyhedron_offsets", &[4.0, 4.0]),
+        ],
+    );
+    let stream: Vec<u32> = tet.iter().map(|&v| v as u32).collect();
+    let moved: Vec<u32> = tet.iter().enumerate().map(|(i, &v)| v as u32 + if i % 4 == 1 || i == 0 { 0 } else { 4 }).collect();
+    let grid = grid(&file(PLAIN, &[old.clone(), new]));
+    assert_eq!(grid.cells.get(1), (CellType::POLYHEDRON, &stream[..]));
+    assert_eq!(grid.cells.get(2), (CellType::POLYHEDRON, &moved[..]));
+    // What does not fit is refused, or left to be refused with its cell.
+    let text = String::from_utf8(file(PLAIN, &[old])).expect("text");
+    for (from, to) in [("-1 17 ", "-1 18 "), ("-1 17 ", "-1 -5 "), ("4 8 ", "4 3 "), ("4 3 0 1 2 3 0 1 3", "4 3 0 9 2 3 0 1 3")] {
+        assert!(text.contains(from));
+        let found = read(&Source::Bytes(text.replace(from, to).as_bytes()), &Progress::new());
+        assert!(!matches!(found.map(tets), Ok(parts) if parts.tets.len() > 1), "{to}");
+    }
+}
+
+#[test]
+fn surfaces_are_polygons_of_four_kinds() {
+    let array = |name: &str, values: &str| format!("<DataArray type='Int32' Name='{name}' format='ascii'>{values}</DataArray>");
+    let group = |name: &str, connectivity: &str, ends: &str| {
+        format!("<{name}>{}{}</{name}>", array("connectivity", connectivity), array("offsets", ends))
+    };
+    let text = format!(
+        "<VTKFile type=\"PolyData\" version=\"0.1\"><PolyData><Piece NumberOfPoints='5' NumberOfVerts='1' NumberOfLines='2' NumberOfStrips='1' \
+         NumberOfPolys='3'><Points><DataArray type='Float32' NumberOfComponents='3' format='ascii'>{}</DataArray></Points>{}{}{}{}\
+         <CellData>{}</CellData></Piece></PolyData></VTKFile>",
+        "0 1 2 ".repeat(5),
+        group("Strips", "0 1 2 3", "4"),
+        group("Polys", "0 1 2 0 1 2 3 0 1 2 3 4", "3 7 12"),
+        group("Lines", "0 1 1 2 3", "2 5"),
+        group("Verts", "4", "1"),
+        array("c", "0 1 2 3 4 5 6")
+    );
+    assert!(recognizes_surface(text.as_bytes()));
+    let Ok(Found::Cells(grid)) = read_surface(&Source::Bytes(text.as_bytes()), &Progress::new()) else { panic!("sound") };
+    assert_eq!(
+        grid.cells.iter().map(|(t, nodes)| (t.0, nodes.len())).collect::<Vec<_>>(),
+        [(1, 1), (3, 2), (4, 3), (5, 3), (9, 4), (7, 5), (6, 4)]
+    );
 }
 
 #[test]
@@ -286,7 +375,8 @@ fn a_cancelled_read_says_so() {
     let progress = Progress::new();
     progress.cancel();
     for style in styles() {
-        let outcome = parse(&file(style, &[two_tets("Int32", "Float32")]), &progress);
+        let bytes = file(style, &[two_tets("Int32", "Float32")]);
+        let outcome = read(&Source::Bytes(&bytes), &progress);
         assert!(matches!(outcome, Err(VtuError::Cancelled(_))), "{style:?}");
     }
 }
@@ -356,7 +446,6 @@ fn hostile_binary_data_are_refused_by_name() {
     refused(raw, offset("0", "18446744073709551615"), "point array \"s\" reaches to byte 18446744073709551615, expected it to end by byte");
     refused(raw, offset("0", "5000"), "point array \"s\" reaches to byte");
     refused(raw, offset("0", "-1"), "<DataArray> of \"s\" has offset=\"-1\", expected an integer from 0");
-    refused(raw, offset("0", "28"), "point array \"s\" has 60 bytes, expected 20");
 
     // Words of the first array's header.
     let word = |index: usize, value: u64| {
@@ -395,6 +484,18 @@ fn hostile_binary_data_are_refused_by_name() {
     refused(inline, |t| t.replace(&good, "!!!! garbage"), "cell array \"c\" has damaged base64 text");
     refused(inline, |t| t.replace(&good, &good[..8]), "cell array \"c\" reaches to byte");
     refused(inline, |t| t.replace(&good, ""), "cell array \"c\" reaches to byte");
+}
+
+#[test]
+fn an_array_that_is_too_long_is_left_out_and_noted() {
+    let raw = Style { encoding: Encoding::AppendedRaw, header_size: 8, ..PLAIN };
+    let bytes = file(raw, &[two_tets("Int32", "Float32")]);
+    let (from, to) = (b"offset=\"0  \"", b"offset=\"28 \"");
+    let at = bytes.windows(from.len()).position(|w| w == from).expect("the first array");
+    let changed = [&bytes[..at], to, &bytes[at + from.len()..]].concat();
+    let parts = read_bytes(&changed).expect("the rest is sound");
+    assert_eq!(parts.notes, ["point array \"s\" has 60 bytes, expected 20, and was left out"]);
+    assert_eq!(parts.point_data.len() + 1, read_bytes(&bytes).expect("sound").point_data.len());
 }
 
 #[test]

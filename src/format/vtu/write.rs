@@ -67,13 +67,19 @@ pub fn write_mesh(path: &Path, mesh: &dyn LayeredMesh, compression: Compression,
             out.write_all(TAIL)
         }),
     };
+    finished(path, written)
+}
+
+/// The outcome of writing a file, with its name.
+pub(in crate::format) fn finished(path: &Path, written: io::Result<()>) -> Result<(), WriteError> {
     written.map_err(|source| match source.downcast::<Cancelled>() {
         Ok(cancelled) => cancelled.into(),
         Err(cause) => WriteError::Io { path: path.into(), cause },
     })
 }
 
-const TAIL: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
+/// What stands behind the data.
+pub(super) const TAIL: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
 
 /// VTK's number of a linear tetrahedron.
 const VTK_TETRA: u8 = 10;
@@ -253,6 +259,11 @@ fn compress(array: &FileArray, mesh: &dyn LayeredMesh, progress: &Progress) -> i
         raw.extend_from_slice(chunk);
         Ok(())
     })?;
+    zlib_blocks(&raw)
+}
+
+/// Bytes in compressed blocks behind their table.
+pub(super) fn zlib_blocks(raw: &[u8]) -> io::Result<Vec<u8>> {
     let deflate = |block: &[u8]| {
         let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
         encoder.write_all(block)?;

@@ -34,6 +34,10 @@ pub(in crate::format) enum Kind {
     StructuredGrid,
     /// `.vtr`.
     RectilinearGrid,
+    /// `.vtp`.
+    PolyData,
+    /// `.pvtu`, `.pvtp`, `.pvts`, `.pvtr`: names of files with the pieces.
+    Parallel,
     /// `.pvd`.
     Collection,
 }
@@ -46,6 +50,8 @@ impl Kind {
             Kind::ImageData => "ImageData",
             Kind::StructuredGrid => "StructuredGrid",
             Kind::RectilinearGrid => "RectilinearGrid",
+            Kind::PolyData => "PolyData",
+            Kind::Parallel => "PUnstructuredGrid",
             Kind::Collection => "Collection",
         }
     }
@@ -57,6 +63,8 @@ impl Kind {
             Kind::ImageData => VtuError::NotVti(reason),
             Kind::StructuredGrid => VtuError::NotStructured { suffix: "vts", reason },
             Kind::RectilinearGrid => VtuError::NotStructured { suffix: "vtr", reason },
+            Kind::PolyData => VtuError::NotStructured { suffix: "vtp", reason },
+            Kind::Parallel => VtuError::NotStructured { suffix: "pvtu", reason },
             Kind::Collection => VtuError::NotStructured { suffix: "pvd", reason },
         }
     }
@@ -114,10 +122,21 @@ pub(in crate::format) struct Piece {
     pub coordinates: Vec<Array>,
     /// The arrays in `<Cells>`: `connectivity`, `offsets`, `types`, and more for polyhedra.
     pub topology: Vec<Array>,
+    /// The cells of a `.vtp` piece: vertices, lines, polygons, strips.
+    pub groups: [Group; 4],
     /// Arrays over points.
     pub point_data: Section,
     /// Arrays over cells.
     pub cell_data: Section,
+}
+
+/// Cells of one kind in a `.vtp` piece.
+#[derive(Debug, Default)]
+pub(in crate::format) struct Group {
+    /// How many, as the file states it.
+    pub cells: u64,
+    /// `connectivity` and `offsets`.
+    pub topology: Vec<Array>,
 }
 
 /// `<PointData>` or `<CellData>`.
@@ -193,6 +212,28 @@ pub(in crate::format) fn read_head(source: &Source<'_>, kind: Kind) -> Result<He
         }
     }
     if has_grid { Ok(head) } else { Err(kind.no(format!("it has no element <{}>", kind.name()))) }
+}
+
+/// The files with the pieces of a parallel file, as they are named there.
+pub(in crate::format) fn read_parallel(source: &Source<'_>) -> Result<Vec<String>, VtuError> {
+    let mut walker = Walker::new(source, Kind::Parallel)?;
+    let root = walker.root()?;
+    let name = root.get("type").unwrap_or_default().to_owned();
+    let (mut files, mut has_grid) = (Vec::new(), false);
+    loop {
+        match walker.next()? {
+            Node::Open(e) if e.name == name => has_grid = true,
+            Node::Open(e) if e.name == "Piece" && walker.open.len() == 3 => {
+                walker.count_node()?;
+                files.push(e.get("Source").ok_or_else(|| e.bad("Source", "", "the name of a file".into()))?.to_owned());
+                walker.skip()?;
+            }
+            Node::Open(_) => walker.skip()?,
+            Node::Close if walker.open.is_empty() => break,
+            Node::Close | Node::Other => {}
+        }
+    }
+    if has_grid { Ok(files) } else { Err(Kind::Parallel.no(format!("it has no element <{name}>"))) }
 }
 
 /// A file that a collection lists, attributes as they are written.
@@ -405,6 +446,7 @@ impl<'a> Walker<'a> {
                 Ok(Node::Open(e)) => {
                     return match e.get("type") {
                         Some(found) if found == self.kind.name() => Ok(e),
+                        Some("PPolyData" | "PStructuredGrid" | "PRectilinearGrid") if self.kind == Kind::Parallel => Ok(e),
                         other => {
                             let found = other.unwrap_or("");
                             Err(self.kind.no(format!("it is a VTK file of type \"{found}\", expected \"{}\"", self.kind.name())))
@@ -439,7 +481,16 @@ impl<'a> Walker<'a> {
         let mut piece = match self.kind {
             Kind::UnstructuredGrid => Piece { points: count("NumberOfPoints")?, cells: count("NumberOfCells")?, ..Piece::default() },
             Kind::ImageData => Piece { extent: element.extent("Extent")?, ..Piece::default() },
-            Kind::StructuredGrid | Kind::RectilinearGrid | Kind::Collection => {
+            Kind::PolyData => {
+                let mut piece = Piece { points: count("NumberOfPoints")?, ..Piece::default() };
+                for (group, attribute) in piece.groups.iter_mut().zip(["NumberOfVerts", "NumberOfLines", "NumberOfPolys", "NumberOfStrips"])
+                {
+                    group.cells = element.count(attribute)?.unwrap_or(0);
+                    piece.cells = piece.cells.saturating_add(group.cells);
+                }
+                piece
+            }
+            Kind::StructuredGrid | Kind::RectilinearGrid | Kind::Parallel | Kind::Collection => {
                 let extent = element.extent("Extent")?;
                 // No product of these wraps round: more than can be indexed is refused by its number.
                 let along = |axis: usize| (extent[2 * axis + 1] - extent[2 * axis]) as u64;
@@ -454,6 +505,10 @@ impl<'a> Walker<'a> {
                     "CellData" => piece.cell_data = Section { scalars: e.get("Scalars").map(str::to_owned), arrays: self.arrays()? },
                     "Points" | "Coordinates" => piece.coordinates = self.arrays()?,
                     "Cells" => piece.topology = self.arrays()?,
+                    "Verts" => piece.groups[0].topology = self.arrays()?,
+                    "Lines" => piece.groups[1].topology = self.arrays()?,
+                    "Polys" => piece.groups[2].topology = self.arrays()?,
+                    "Strips" => piece.groups[3].topology = self.arrays()?,
                     _ => self.skip()?,
                 },
                 Node::Close => return Ok(piece),

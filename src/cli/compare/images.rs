@@ -1,10 +1,9 @@
-//! `octetra compare`: how far an image is from a reference.
+//! `octetra compare` of two pictures: how far one is from a reference.
 
-use super::args::{check_outputs_beside, parse_not_negative, parse_number};
+use super::super::args::{check_outputs_beside, parse_not_negative, parse_number};
 use crate::compare::{
     self, DEFAULT_PIXELS_PER_DEGREE, DifferenceMap, Figures, ImageComparison, Limits, Pair, Part, Verdict, compare_images, difference_map,
 };
-use crate::format::FORMATS;
 use crate::image::{read_image, write_atomically, write_bytes_png};
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
@@ -12,38 +11,55 @@ use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// `octetra compare`.
+/// Flags for pictures.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
-pub struct CompareCommand {
-    /// What the image should look like: PNG, or NPY of float32 or float64 (height x width x 4, x 3, or one value per pixel)
-    #[arg(value_name = "REFERENCE")]
-    reference: PathBuf,
-    /// The image that is judged, PNG or NPY, of the same size
-    #[arg(value_name = "IMAGE")]
-    image: PathBuf,
+#[command(next_help_heading = "Pictures")]
+pub struct ImageArgs {
     /// Write a picture of where they differ
-    #[arg(long, value_name = "OUT.png", help_heading = "Output")]
+    #[arg(long, value_name = "OUT.png")]
     map: Option<PathBuf>,
     /// What the map shows
-    #[arg(long, value_enum, default_value = "flip", requires = "map", help_heading = "Output")]
+    #[arg(long, value_enum, default_value = "flip", requires = "map")]
     map_of: MapArg,
     /// Factor on the differences of an `abs` map
-    #[arg(long, value_name = "G", default_value_t = 10.0, value_parser = parse_gain, requires = "map", help_heading = "Output")]
+    #[arg(long, value_name = "G", default_value_t = 10.0, value_parser = parse_gain, requires = "map")]
     gain: f64,
-    /// Write all numbers; - for stdout, instead of the table
-    #[arg(long, value_name = "OUT.json", help_heading = "Output")]
-    json: Option<PathBuf>,
     /// Viewing distance of FLIP [default: 67.0206, a screen 0.7 m and 3840 pixels wide seen from 0.7 m]
     #[arg(long, value_name = "P", default_value_t = DEFAULT_PIXELS_PER_DEGREE, hide_default_value = true, value_parser = parse_pixels_per_degree)]
-    pixels_per_degree: f32,
+    pub pixels_per_degree: f32,
     #[command(flatten)]
     limits: LimitArgs,
 }
 
+impl ImageArgs {
+    /// A flag that only pictures have and that was given.
+    pub fn named(&self) -> Option<&'static str> {
+        let limits = &self.limits;
+        let given = [
+            ("map", self.map.is_some()),
+            ("map-of", !matches!(self.map_of, MapArg::Flip)),
+            ("gain", self.gain != 10.0),
+            ("pixels-per-degree", self.pixels_per_degree != DEFAULT_PIXELS_PER_DEGREE),
+            ("max-flip", limits.max_flip.is_some()),
+            ("min-psnr", limits.min_psnr.is_some()),
+            ("min-ssim", limits.min_ssim.is_some()),
+        ];
+        given.into_iter().find(|flag| flag.1).map(|flag| flag.0)
+    }
+}
+
+/// Two pictures and what is to be said of them.
+pub struct Images<'a> {
+    pub reference: &'a PathBuf,
+    pub image: &'a PathBuf,
+    pub json: Option<&'a PathBuf>,
+    pub max_difference: Option<f64>,
+    pub args: &'a ImageArgs,
+}
+
 /// Limits that decide the exit status.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Limits (exit status 1 when one is missed)")]
+#[command(next_help_heading = "Limits for pictures (exit status 1 when one is missed)")]
 struct LimitArgs {
     /// Highest mean FLIP over all pixels, 0 to 1
     #[arg(long, value_name = "X", value_parser = parse_not_negative)]
@@ -54,9 +70,6 @@ struct LimitArgs {
     /// Lowest SSIM over covered pixels, up to 1
     #[arg(long, value_name = "X", value_parser = parse_ssim, allow_negative_numbers = true)]
     min_ssim: Option<f64>,
-    /// Highest difference of a channel or of alpha, peak 1: of the floats where both files have more than 8 bits
-    #[arg(long, value_name = "X", value_parser = parse_not_negative)]
-    max_difference: Option<f64>,
 }
 
 /// Values of `--map-of`.
@@ -68,35 +81,23 @@ enum MapArg {
     Abs,
 }
 
-const EXAMPLES: &str = "\
-Examples:
-  octetra compare exact.png octree.png
-  octetra compare exact.npy octree.npy --map difference.png --json numbers.json
-  octetra compare golden.png new.png --max-flip 0.03 --min-psnr 40    a test: exit status 1 if it fails
-
-The pictures are compared as 8-bit RGB over black, two files of more than 8 bits as floats too. Covered
-pixels are those where the reference's alpha exceeds 1/512, or, if it has none, those where it is not
-black. NaN in an NPY of colours is an error. In an NPY of one value per pixel NaN means that there is
-none, and differences are in parts of the reference's range.";
-
-impl CompareCommand {
+impl Images<'_> {
     /// Reads, compares, writes, judges.
     pub fn run(self) -> Result<()> {
-        let json_file = self.json.as_ref().filter(|path| !is_stdout(path));
-        check_outputs_beside(&[(&self.reference, "the reference"), (&self.image, "the image")], &[self.map.as_ref(), json_file])?;
-        [&self.reference, &self.image].into_iter().try_for_each(|path| refuse_mesh(path))?;
+        let json_file = self.json.filter(|path| !is_stdout(path));
+        check_outputs_beside(&[(self.reference, "the reference"), (self.image, "the image")], &[self.args.map.as_ref(), json_file])?;
 
         let named = || self.image.display().to_string();
-        let (reference, image) = rayon::join(|| read_image(&self.reference), || read_image(&self.image));
+        let (reference, image) = rayon::join(|| read_image(self.reference), || read_image(self.image));
         let pair = compare::pair(reference?, image?).with_context(named)?;
-        let found = compare_images(&pair.reference, &pair.image, self.pixels_per_degree).with_context(named)?;
-        let verdicts = self.limits.limits().judge(&found);
+        let found = compare_images(&pair.reference, &pair.image, self.args.pixels_per_degree).with_context(named)?;
+        let verdicts = self.limits().judge(&found);
 
-        if let Some(path) = &self.map {
+        if let Some(path) = &self.args.map {
             write_bytes_png(path, &difference_map(&found, self.shown()), [found.width, found.height])?;
         }
-        if let Some(path) = &self.json {
-            self.write_json(path, &self.numbers(&pair, &found, &verdicts))?;
+        if let Some(path) = self.json {
+            write_json(path, &self.numbers(&pair, &found, &verdicts))?;
         }
         if self.json.is_none() || json_file.is_some() {
             self.say(&mut io::stdout().lock(), &pair, &found)?;
@@ -109,9 +110,9 @@ impl CompareCommand {
     }
 
     fn shown(&self) -> DifferenceMap {
-        match self.map_of {
+        match self.args.map_of {
             MapArg::Flip => DifferenceMap::Flip,
-            MapArg::Abs => DifferenceMap::Absolute(self.gain),
+            MapArg::Abs => DifferenceMap::Absolute(self.args.gain),
         }
     }
 
@@ -144,7 +145,7 @@ impl CompareCommand {
                 alpha.rmse, alpha.max_difference, alpha.max_outside, alpha.only_in_one
             )?;
         }
-        if let (Some(path), DifferenceMap::Absolute(gain)) = (&self.map, self.shown()) {
+        if let (Some(path), DifferenceMap::Absolute(gain)) = (&self.args.map, self.shown()) {
             writeln!(out, "map           {}, absolute differences times {gain}", path.display())?;
         }
         Ok(())
@@ -159,7 +160,7 @@ impl CompareCommand {
             all
         };
         let limit = |v: &Verdict| json!({ "value": v.value.filter(|v| v.is_finite()), "limit": v.limit, "passed": v.passed });
-        let map = self.map.as_ref().map(|path| match self.shown() {
+        let map = self.args.map.as_ref().map(|path| match self.shown() {
             DifferenceMap::Flip => json!({ "file": path, "of": "flip" }),
             DifferenceMap::Absolute(gain) => json!({ "file": path, "of": "abs", "gain": gain }),
         });
@@ -180,33 +181,27 @@ impl CompareCommand {
             "limits": verdicts.iter().map(|verdict| (verdict.name.to_owned(), limit(verdict))).collect::<serde_json::Map<_, _>>(),
         })
     }
-
-    fn write_json(&self, path: &Path, numbers: &Value) -> Result<()> {
-        let text = serde_json::to_string_pretty(numbers).context("the numbers as JSON")? + "\n";
-        if is_stdout(path) {
-            return Ok(io::stdout().lock().write_all(text.as_bytes())?);
-        }
-        write_atomically(path, |out| out.write_all(text.as_bytes())).with_context(|| path.display().to_string())
-    }
 }
 
-impl LimitArgs {
+/// Writes numbers to a file, or to stdout for `-`.
+pub fn write_json(path: &Path, numbers: &Value) -> Result<()> {
+    let text = serde_json::to_string_pretty(numbers).context("the numbers as JSON")? + "\n";
+    if is_stdout(path) {
+        return Ok(io::stdout().lock().write_all(text.as_bytes())?);
+    }
+    write_atomically(path, |out| out.write_all(text.as_bytes())).with_context(|| path.display().to_string())
+}
+
+impl Images<'_> {
     fn limits(&self) -> Limits {
-        Limits { max_flip: self.max_flip, min_psnr_db: self.min_psnr, min_ssim: self.min_ssim, max_difference: self.max_difference }
+        let limits = &self.args.limits;
+        let max_difference = self.max_difference;
+        Limits { max_flip: limits.max_flip, min_psnr_db: limits.min_psnr, min_ssim: limits.min_ssim, max_difference }
     }
 }
 
-fn is_stdout(path: &Path) -> bool {
+pub fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
-}
-
-/// Meshes are told by their suffix, so that the error says what is missing.
-fn refuse_mesh(path: &Path) -> Result<()> {
-    let suffix = path.extension().map(|suffix| suffix.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if FORMATS.iter().any(|format| format.suffixes.contains(&suffix.as_str())) {
-        bail!("{}: a mesh; octetra compares images, PNG or NPY, for now", path.display());
-    }
-    Ok(())
 }
 
 /// A limit that was missed, in words.
@@ -220,7 +215,7 @@ fn missed(verdict: &Verdict) -> String {
 }
 
 /// Six significant digits at most, as few as say the same.
-fn significant(value: f64) -> String {
+pub fn significant(value: f64) -> String {
     let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     rounded.to_string()
 }
