@@ -73,7 +73,7 @@ def difference(a, b):
     b = np.where(np.abs(b) >= 1e30, np.inf, b)
     both = np.isfinite(a) & np.isfinite(b)
     floor = 0.01 * np.median(np.abs(b[both])) if both.any() else 1.0
-    relative = np.abs(a - b)[both] / np.maximum(np.maximum(np.abs(b[both]), floor), 1e-300)
+    relative = np.abs(a[both] - b[both]) / np.maximum(np.maximum(np.abs(b[both]), floor), 1e-300)
     return (relative.max() if both.any() else 0.0), int((np.isfinite(a) != np.isfinite(b)).sum())
 
 
@@ -96,7 +96,7 @@ def main():
                 failed |= as_vtk > 1e-6 or (by_definition > 1e-6 and name not in WRONG_IN_VTK)
                 ours, one, many = 1e3 * seconds[name], 1e3 * times["Sequential"], 1e3 * times["STDThread"]
                 print(f"{name:<22} {by_definition:>14.1e} {as_vtk:>10.1e} {apart:>6} {ours:>11.2f} {one:>9.1f} {one / ours:>6.1f} {many:>9.1f} {many / ours:>6.1f}", flush=True)
-    sys.exit(failed)
+    sys.exit(int(failed))
 
 
 if __name__ == "__main__":

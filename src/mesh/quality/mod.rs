@@ -1,6 +1,7 @@
 //! How well the tets of a mesh are shaped: the metrics of Verdict (<https://github.com/sandialabs/verdict>, the library behind VTK's
 //! `vtkMeshQuality`) by their definitions, and fTetWild's energy.
 
+mod arithmetic;
 mod formulas;
 mod metric;
 mod summary;

@@ -249,14 +249,14 @@ fn a_mesh_with_its_values_is_written_as_the_file_had_it() {
 fn the_functions_of_our_own_are_as_good_as_the_standard_ones() {
     for i in 0..=100_000 {
         let x = f64::from(i) * std::f64::consts::PI / 100_000.0;
-        let found = formulas::angle(3.0 * x.sin(), 3.0 * x.cos());
+        let found = arithmetic::angle(3.0 * x.sin(), 3.0 * x.cos());
         assert!((found - x).abs() <= 1e-15 * x.max(0.4), "{x}: {found}");
         let y = 10f64.powf(f64::from(i) / 250.0 - 200.0);
-        assert!((formulas::cube_root(y) - y.cbrt()).abs() <= 1e-15 * y.cbrt(), "{y}");
+        assert!((arithmetic::cube_root(y) - y.cbrt()).abs() <= 1e-15 * y.cbrt(), "{y}");
     }
-    assert!(formulas::angle(0.0, 0.0).is_nan() && formulas::angle(f64::NAN, 1.0).is_nan());
+    assert!(arithmetic::angle(0.0, 0.0).is_nan() && arithmetic::angle(f64::NAN, 1.0).is_nan());
     assert_eq!(
-        (formulas::cube_root(0.0), formulas::angle(0.0, -2.0), formulas::angle(1.0, 0.0)),
+        (arithmetic::cube_root(0.0), arithmetic::angle(0.0, -2.0), arithmetic::angle(1.0, 0.0)),
         (0.0, std::f64::consts::PI, std::f64::consts::FRAC_PI_2)
     );
 }

@@ -1,6 +1,7 @@
 //! The values of a metric over a mesh.
 
-use super::formulas::{Extremes, Tet, Vector, angle, larger};
+use super::arithmetic::{Extremes, Vector, angle, larger};
+use super::formulas::Tet;
 use super::metric::{Metric, REGULAR_DEGREES};
 use crate::mesh::TetMesh;
 use crate::progress::{Cancelled, Progress};
