@@ -191,6 +191,6 @@ fn meshes_of_pytetwild_keep_to_the_envelope_of_their_surface() {
     assert!(0.0 < mean[0] && mean[0] < mean[1], "the finer one is nearer: {mean:?}");
     let found = numbers(folder.path(), &[&meshes[0], &meshes[1], "--report", "r.html"]);
     assert!(number(&found, "/distance/hausdorff_relative") < 0.003 + 1e-6, "{found}");
-    assert!(number(&found, "/field/over_reference/relative/l2") < 0.05, "{found}");
+    assert!(number(&found, "/field/over_reference/relative/l2") < 0.1, "{found}");
     near(number(&found, "/field/over_reference/volume_both") / number(&found, "/reference/volume"), 1.0, 0.02);
 }
