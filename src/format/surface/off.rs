@@ -53,7 +53,7 @@ pub fn read(file: &GridFile<'_>, progress: &Progress) -> Result<UnstructuredGrid
     let mut grid = UnstructuredGrid { points: Vec::with_capacity(vertices), ..UnstructuredGrid::default() };
     let mut seen = words.at();
     let mut advance = |i: usize, at: usize| -> Result<(), ParseError> {
-        if i % 4096 == 0 {
+        if i.is_multiple_of(4096) {
             progress.check()?;
             progress.add((at - seen) as u64);
             seen = at;
