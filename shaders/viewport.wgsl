@@ -1,5 +1,5 @@
 // Stage: viewport. Puts marched images into the window: texel for pixel at the same size, linearly in between at another. One image, two
-// beside each other, or their difference. The window's target is display-encoded already, so values are written as they are, premultiplied,
+// beside each other, mixed, or their difference. The window's target is display-encoded already, so values are written as they are, premultiplied,
 // over what was painted before.
 
 @group(0) @binding(0) var image: texture_2d<f32>;
@@ -8,8 +8,9 @@
 
 const ONE: u32 = 0u;
 const WIPE: u32 = 1u;
+const BLEND: u32 = 3u;
 
-// ONE: the image; WIPE: left of the divider the image, right of it the other; else their difference, by channel. Neither this nor whether
+// ONE: the image; WIPE: left of the divider the image, right of it the other; BLEND: a mixture; else their difference, by channel. Neither this nor whether
 // images have another size than the viewport is a uniform: Mesa's software adapter goes through all branches.
 override shown: u32 = 0u;
 override stretched: bool = true;
@@ -17,7 +18,7 @@ override stretched: bool = true;
 struct Comparison {
     // In images from the left.
     divider: f32,
-    // What differences are multiplied by.
+    // What differences are multiplied by; of a mixture the first image's share.
     gain: f32,
 }
 
@@ -58,6 +59,7 @@ fn show(corner: Corner) -> @location(0) vec4<f32> {
     let color = sampled(image, corner.at);
     if (shown == ONE) { return color; }
     if (shown == WIPE) { return select(color, sampled(other, corner.at), corner.at.x >= comparison.divider); }
+    if (shown == BLEND) { return mix(sampled(other, corner.at), color, comparison.gain); }
     // Differences are on black, whatever lies behind the picture.
     return vec4<f32>(abs(color - sampled(other, corner.at)).rgb * comparison.gain, 1.0);
 }

@@ -3,8 +3,12 @@
 use egui::accesskit::{Role, Toggled};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+#[path = "app/linked.rs"]
+mod linked;
 #[path = "app/planes.rs"]
 mod planes;
+#[path = "app/quality.rs"]
+mod quality;
 mod steps;
 #[path = "app/threshold.rs"]
 mod threshold;
@@ -51,6 +55,7 @@ fn options(folder: &Path) -> Options {
         recent: None,
         subject: Subject::Mesh(Arc::new(mesh), Arc::new(field)),
         component: Component::Magnitude,
+        compare_with: None,
         view: View { camera, transfer_function, settings: RenderSettings::new(64, 64) },
         params: OctreeParams { max_depth: 5, ..OctreeParams::default() },
         error: ErrorSampling { points: POINTS, ..ErrorSampling::default() },

@@ -182,7 +182,7 @@ fn meshes_of_pytetwild_keep_to_the_envelope_of_their_surface() {
     let mut mean = vec![];
     for (mesh, epsilon) in meshes.iter().zip(["0.001", "0.002"]) {
         let found = numbers(folder.path(), &[&surface, mesh, "--envelope", epsilon]);
-        assert_eq!(found["reference"]["cells"]["triangles"], 20_088);
+        assert_eq!(found["reference"]["cells"]["triangle"], 20_088);
         assert_eq!(found["limits"]["envelope"]["passed"], true, "{found}");
         let sides = ["reference", "other"].map(|side| number(&found, &format!("/{side}/volume")));
         near(sides[1] / sides[0], 1.0, 0.01);

@@ -130,6 +130,7 @@ fn button(session: &Session, label: &str) -> [i16; 2] {
         recent: None,
         subject: Subject::Mesh(Arc::new(mesh), Arc::new(field)),
         component: Component::Magnitude,
+        compare_with: None,
         view: View {
             camera: session.camera.expect("a camera"),
             transfer_function: session.transfer_function.clone(),

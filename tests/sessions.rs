@@ -33,6 +33,7 @@ fn open(folder: &Path, recent: &Path) -> Window {
         recent: Some(recent.to_owned()),
         subject: Subject::Mesh(Arc::new(mesh), Arc::new(field)),
         component: Component::Magnitude,
+        compare_with: None,
         view: View { camera, transfer_function: TransferFunction::standard(), settings: RenderSettings::new(64, 64) },
         params: OctreeParams { max_depth: 4, ..OctreeParams::default() },
         error: ErrorSampling { points: 1 << 10, ..ErrorSampling::default() },

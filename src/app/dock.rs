@@ -26,7 +26,7 @@ impl Viewer {
                 ui.horizontal(|ui| {
                     ui.toggle_value(&mut self.probe.is_on, "Probe").on_hover_text("Show what is under the pointer; a click pins it (P)");
                     let mut is_compared = self.wipe.mode != WipeMode::Off;
-                    let tip = "Two pictures with a divider between them (W); what is compared is chosen in the panel under Compare";
+                    let tip = "Two pictures in one (W); which, and how, is chosen in the panel under Compare";
                     if ui.toggle_value(&mut is_compared, "A | B").on_hover_text(tip).clicked() {
                         self.flip_wipe();
                     }

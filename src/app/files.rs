@@ -4,6 +4,7 @@ use super::furniture::{Backdrop, Look};
 use super::jobs::{Job, Polled, outcome};
 use super::model::{self, Data, Document};
 use super::settings::{Settings, Transfer};
+use super::title;
 use super::viewer::Viewer;
 use crate::format::FORMATS;
 use crate::format::series::SUFFIXES;
@@ -31,6 +32,8 @@ enum Fate {
     Series,
     /// All as the session has it, and where that was read.
     Session(Box<Session>, PathBuf),
+    /// What was open is kept as A, and this is B.
+    Beside,
 }
 
 /// What is read in the background.
@@ -46,6 +49,7 @@ pub struct Dialog {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Purpose {
     Open,
+    Compare,
     SaveSession,
 }
 
@@ -87,9 +91,28 @@ impl Viewer {
     /// Asks for a file, then opens it.
     pub(super) fn choose_file(&mut self, ctx: &egui::Context) {
         let all: Vec<&str> = FORMATS.iter().flat_map(|format| format.suffixes).copied().chain(SUFFIXES).chain(["json"]).collect();
-        let dialog = rfd::AsyncFileDialog::new().add_filter("Meshes, volumes, sessions", &all);
-        let dialog = FORMATS.iter().fold(dialog, |dialog, format| dialog.add_filter(format.name, format.suffixes));
-        self.choose(ctx, dialog);
+        self.choose(ctx, with_formats(rfd::AsyncFileDialog::new().add_filter("Meshes, volumes, sessions", &all)));
+    }
+
+    /// Asks for a file, then compares with it.
+    pub(super) fn choose_second(&mut self, ctx: &egui::Context) {
+        if self.may_ask() {
+            let all: Vec<&str> = FORMATS.iter().flat_map(|format| format.suffixes).copied().chain(SUFFIXES).collect();
+            let dialog = with_formats(rfd::AsyncFileDialog::new().set_title("Compare with").add_filter("Meshes, volumes", &all));
+            self.ask(ctx, Purpose::Compare, chosen(dialog.pick_file()));
+        }
+    }
+
+    /// Reads a second file in the background: what is shown is kept as A, if nothing is, and the file becomes B.
+    pub fn compare_with(&mut self, ctx: &egui::Context, path: PathBuf) {
+        let (source, field) = (Source::file(path), self.settings.field.clone());
+        self.say(format!("opening {} to compare with", name(&source)));
+        // Both are in memory then.
+        let memory_bytes = self.memory_bytes().saturating_sub(self.first_bytes());
+        self.load(ctx, move |progress| {
+            Ok(Opened { document: model::open_beside(source, &field, memory_bytes, progress)?, fate: Fate::Beside })
+        });
+        self.wipe.awaits = self.wipe.kept.is_none();
     }
 
     /// Asks for a session, then opens it.
@@ -131,6 +154,7 @@ impl Viewer {
         self.dialog = None;
         match (outcome(ended), purpose) {
             (Ok(Some(path)), Purpose::Open) => self.open(ctx, path),
+            (Ok(Some(path)), Purpose::Compare) => self.compare_with(ctx, path),
             (Ok(Some(path)), Purpose::SaveSession) => self.save_session(ctx, path),
             (Ok(None), _) => {}
             (Err(error), _) => self.fail(error),
@@ -138,7 +162,7 @@ impl Viewer {
     }
 
     fn load(&mut self, ctx: &egui::Context, work: impl FnOnce(&Progress) -> Result<Opened> + Send + 'static) {
-        self.problem = None;
+        (self.problem, self.wipe.awaits) = (None, false);
         self.loading = Some(Job::start(ctx, move |progress, results| results.give(work(progress))));
     }
 
@@ -151,12 +175,16 @@ impl Viewer {
     }
 
     fn run_loading(&mut self, ctx: &egui::Context) {
+        if self.is_first_awaited() {
+            return; // the octree that is to be A is on its way
+        }
         let ended = match self.loading.as_ref().map(Job::poll) {
             None | Some(Polled::Pending) => return,
             Some(ended) => ended,
         };
-        self.loading = None;
+        (self.loading, self.wipe.awaits) = (None, false);
         match outcome(ended) {
+            Ok(Opened { document, fate: Fate::Beside }) => self.take_second(ctx, document),
             Ok(Opened { document, fate }) => self.take(ctx, document, fate),
             Err(error) => self.fail_to_open(error),
         }
@@ -167,14 +195,17 @@ impl Viewer {
         let (opening, name) = (self.opening, document.name.clone());
         let mut recent = Some(document.source.clone());
         let (is_reload, arrays_before) = (matches!(fate, Fate::Reload), arrays(&self.document.data));
-        let marks = is_reload.then(|| (std::mem::take(&mut self.probe), std::mem::take(&mut self.wipe), self.plane_tool.selected));
+        let wipe = matches!(fate, Fate::Reload | Fate::Series).then(|| std::mem::take(&mut self.wipe));
+        let marks = is_reload.then(|| (std::mem::take(&mut self.probe), self.plane_tool.selected));
         let diagonal = self.time.diagonal;
-        self.show_document(ctx, document);
-        if let Some((probe, wipe, selected)) = marks {
-            (self.probe, self.wipe, self.plane_tool.selected) = (probe.of_new_data(), wipe, selected);
+        ctx.send_viewport_cmd(egui::ViewportCommand::Title(title(&document.name)));
+        self.show_document(document);
+        if let Some((probe, selected)) = marks {
+            (self.probe, self.plane_tool.selected) = (probe.of_new_data(), selected);
         }
+        self.wipe = wipe.unwrap_or_default();
         match fate {
-            Fate::Fresh => self.say(format!("opened {name}")),
+            Fate::Fresh | Fate::Beside => self.say(format!("opened {name}")),
             Fate::Reload => {
                 (self.settings, self.opening) = (kept, opening);
                 if self.step().is_some() {
@@ -297,6 +328,11 @@ impl Viewer {
         self.problem = Some(super::problem::Problem::of(&error));
         self.fail(error);
     }
+}
+
+/// A dialog that offers each format by itself too.
+fn with_formats(dialog: rfd::AsyncFileDialog) -> rfd::AsyncFileDialog {
+    FORMATS.iter().fold(dialog, |dialog, format| dialog.add_filter(format.name, format.suffixes))
 }
 
 /// The path that a dialog answers with.

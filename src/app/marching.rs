@@ -43,7 +43,7 @@ impl Viewer {
     pub(super) fn scene_of(&self, slot: Slot) -> Option<Arc<Scene>> {
         match slot {
             Slot::Octree => self.octree.model.as_ref().map(|model| model.scene.clone()),
-            Slot::Kept => self.wipe.kept.as_ref().map(|model| model.scene.clone()),
+            Slot::Kept => self.wipe.kept.as_ref().map(|kept| kept.model.scene.clone()),
             Slot::Exact => self.exact.scene.as_ref().map(|(_, scene)| scene.clone()).filter(|scene| scene.is_on_device()),
         }
     }

@@ -30,9 +30,11 @@
 //! viewport         the picture on the GPU
 //! probe_tool       what is under the pointer, pins, a line: state and jobs
 //! picked           what is seen at a place of the picture
+//! quality          how well cells are shaped: histogram, the worst, one marked
 //! probe_view       the same over the picture and in the panel
 //! projector        from the world to the window
 //! wipe             two pictures in one
+//! linked           two files in one window
 //! leaves           the octree's leaves over the picture
 //! tuning           the chart of settings
 //! dock             the panel under the picture
@@ -54,6 +56,7 @@ mod history;
 mod jobs;
 pub mod keys;
 mod leaves;
+mod linked;
 mod marching;
 mod mode;
 mod model;
@@ -69,6 +72,7 @@ mod probe_tool;
 mod probe_view;
 mod problem;
 mod projector;
+mod quality;
 mod recent;
 mod settings;
 mod slot;
@@ -115,6 +119,8 @@ pub struct Options {
     pub subject: Subject,
     /// What is taken of a vector.
     pub component: Component,
+    /// A second file, opened beside: the first is A then, and this is B.
+    pub compare_with: Option<PathBuf>,
     /// The first view; its size counts for nothing, the window's does.
     pub view: View,
     /// The first thresholds.

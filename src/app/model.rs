@@ -197,16 +197,37 @@ pub fn open_step(
     Ok(Document { name: file.stem(), source: Source { step: Some(step), ..source.clone() }, data, field, time: InTime::Step(series, step) })
 }
 
+/// The same for what is to be compared with a field of other data: its array of that name, or the file's first if it has none.
+pub fn open_beside(source: Source, field: &FieldSelection, memory_bytes: u64, progress: &Progress) -> Result<Document> {
+    let (time, file) = InTime::of(&source)?;
+    let first = FieldSelection::default();
+    // Volumes are read for one array only.
+    let data = read_data(&file, field, memory_bytes, progress).or_else(|_| read_data(&file, &first, memory_bytes, progress))?;
+    let field = if data.subject(field).is_ok() { field } else { &first };
+    let field = check(&file, &data, field, memory_bytes)?;
+    Ok(Document { name: file.stem(), source, data, field, time })
+}
+
 /// The data of one file, and the field to show.
 fn read(source: &Source, field: &FieldSelection, memory_bytes: u64, progress: &Progress) -> Result<(Data, FieldSelection)> {
+    let data = read_data(source, field, memory_bytes, progress)?;
+    let field = check(source, &data, field, memory_bytes)?;
+    Ok((data, field))
+}
+
+fn read_data(source: &Source, field: &FieldSelection, memory_bytes: u64, progress: &Progress) -> Result<Data> {
     let options = source.options(field.name.clone(), field.component, memory_bytes);
-    let data = match &source.file {
+    Ok(match &source.file {
         Some(path) => match format::read(path, &options, progress)? {
             format::Data::Mesh(mesh) => Data::Mesh(Arc::new(mesh)),
             format::Data::Grid(grid) => Data::Volume(Arc::new(grid)),
         },
         None => Data::Mesh(Arc::new(format::read_embedded("wing.vtu", generate::WING_VTU, progress)?)),
-    };
+    })
+}
+
+/// The field by its name, if the data has it and it can be regularized within a budget of memory.
+fn check(source: &Source, data: &Data, field: &FieldSelection, memory_bytes: u64) -> Result<FieldSelection> {
     let at = || source.file.as_ref().map_or("the bundled mesh".into(), |path| path.display().to_string());
     let subject = data.subject(field).with_context(at)?;
     let need = subject.working_bytes();
@@ -214,8 +235,7 @@ fn read(source: &Source, field: &FieldSelection, memory_bytes: u64, progress: &P
         let mib = |bytes: u64| bytes >> 20;
         bail!("{}: regularizing it may take {} MiB, the budget is {} MiB (--memory)", at(), mib(need), mib(memory_bytes));
     }
-    let field = FieldSelection { name: Some(subject.array().to_owned()), component: field.component };
-    Ok((data, field))
+    Ok(FieldSelection { name: Some(subject.array().to_owned()), component: field.component })
 }
 
 /// Regularizes a field and copies the texture to the device. `surface` is the mesh's for this field, if an octree before was built with it.

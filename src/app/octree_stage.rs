@@ -78,9 +78,9 @@ impl OctreeStage {
     }
 
     /// Takes an octree that was built elsewhere, and what for.
-    pub fn adopt(&mut self, model: OctreeModel, key: (FieldSelection, OctreeParams)) {
+    pub fn adopt(&mut self, model: Arc<OctreeModel>, key: (FieldSelection, OctreeParams)) {
         self.surface = model.surface.clone().map(|surface| (model.field.clone(), surface));
-        discard(self.model.replace(Arc::new(model)));
+        discard(self.model.replace(model));
         (self.key, self.job, self.accuracy) = (Some(key), None, Measured::Waiting);
     }
 

@@ -32,6 +32,9 @@ impl Viewer {
         folded(ui, "Compare", is_compared, |ui| self.wipe_section(ui));
         let (is_probed, has_leaves) = (self.probe.is_on || !self.probe.pins.is_empty(), self.leaves.show != LeafShow::Off);
         folded(ui, "Probe", is_probed, |ui| self.probe_section(ui));
+        if let Data::Mesh(mesh) = self.document.data.clone() {
+            folded(ui, "Quality", false, |ui| self.quality_section(ui, &mesh));
+        }
         folded(ui, "Leaves", has_leaves, |ui| self.leaves_section(ui));
         section(ui, "Camera", |ui| self.camera_section(ui));
         section(ui, "Around the picture", |ui| self.look_section(ui));
@@ -55,6 +58,7 @@ impl Viewer {
         ui.horizontal(|ui| {
             self.button(ui, "Open session...", "Data, thresholds, camera, colours and all else from a file", Action::OpenSession);
             self.button(ui, "Save session...", "All that is chosen into a file; octetra render --session draws it", Action::SaveSession);
+            self.compare_button(ui, "Compare");
         });
         ui.horizontal(|ui| {
             self.screenshot_button(ui);

@@ -299,7 +299,7 @@ impl Viewer {
     fn show_step(&mut self, ctx: &egui::Context, document: Document, model: OctreeModel, (_, field, params): Key) {
         ctx.send_viewport_cmd(egui::ViewportCommand::Title(title(&document.name)));
         discard(std::mem::replace(&mut self.document, document));
-        self.octree.adopt(model, (field, params));
+        self.octree.adopt(Arc::new(model), (field, params));
         discard(std::mem::take(&mut self.exact));
         self.probe.read_anew();
         self.tuning = self.tuning.of_other_data();

@@ -1,5 +1,6 @@
 //! The window: what is open, what is chosen, what is shown, and what is on its way.
 
+use super::Options;
 use super::actions::Histories;
 use super::camera_panel::CameraJob;
 use super::dock::Docked;
@@ -16,6 +17,7 @@ use super::pictures::{Pictures, Saving, absolute};
 use super::plane_handles::PlaneTool;
 use super::probe_tool::{Pin, ProbeTool};
 use super::problem::Problem;
+use super::quality::QualityTool;
 use super::recent::Recent;
 use super::settings::{Settings, Transfer};
 use super::slot::Slot;
@@ -25,7 +27,6 @@ use super::transfer_editor::TransferEditor;
 use super::tuning::Tuning;
 use super::viewport::Viewport;
 use super::wipe::{Wipe, WipeMode};
-use super::{Options, title};
 use crate::furniture::Parts;
 use crate::geometry::Placed;
 use crate::gpu::FrameTime;
@@ -62,6 +63,7 @@ pub struct Viewer {
     pub(super) transfer_editor: TransferEditor,
     pub(super) plane_tool: PlaneTool,
     pub(super) probe: ProbeTool,
+    pub(super) quality: QualityTool,
     pub(super) wipe: Wipe,
     pub(super) leaves: Leaves,
     pub(super) tuning: Tuning,
@@ -189,6 +191,7 @@ impl Viewer {
             frame_times: Default::default(),
             plane_tool: PlaneTool::default(),
             probe: ProbeTool::default(),
+            quality: QualityTool::default(),
             wipe: Wipe::default(),
             leaves: Leaves::default(),
             tuning: Tuning::default(),
@@ -224,6 +227,9 @@ impl Viewer {
             viewer.histories = Histories::new(&viewer.settings);
         }
         viewer.recent.note(&viewer.document.source);
+        if let Some(path) = options.compare_with {
+            viewer.compare_with(&creation.egui_ctx, path);
+        }
         Ok(viewer)
     }
 
@@ -343,6 +349,7 @@ impl Viewer {
             self.compiling.as_ref().map(|(_, job)| job.progress()),
             self.cutting.as_ref().map(Job::progress),
             self.probe.progress(),
+            self.quality.progress(),
             self.tuning.progress(),
         ];
         jobs.into_iter().flatten().next().map(named)
@@ -423,7 +430,7 @@ impl Viewer {
         if let Err(error) = self.probe.run(ctx, &self.document.data, &self.settings.field, self.octree.model.as_ref()) {
             self.fail(error);
         }
-        if let Err(error) = self.run_leaves(ctx).and_then(|()| self.run_tuning()) {
+        if let Err(error) = self.run_leaves(ctx).and_then(|()| self.run_tuning()).and_then(|()| self.run_quality(ctx)) {
             self.fail(error);
         }
         if self.activity().is_some() || self.tuning.is_running() || matches!(self.octree.accuracy, Measured::Running(..)) {
@@ -448,8 +455,7 @@ impl Viewer {
     }
 
     /// Puts another document in the place of the one that is open.
-    pub(super) fn show_document(&mut self, ctx: &egui::Context, document: Document) {
-        ctx.send_viewport_cmd(egui::ViewportCommand::Title(title(&document.name)));
+    pub(super) fn show_document(&mut self, document: Document) {
         self.opening = Camera::orbit(document.data.bounds().translated(document.data.center()), 0, 1.0);
         self.settings.camera = self.opening;
         self.settings.field = document.field.clone();
@@ -480,7 +486,7 @@ impl Viewer {
         let Settings { field, params, .. } = &self.settings;
         // Beside the exact picture the octree is built for its numbers, and to be there when it is wanted: after that picture.
         let linked = self.exact.job.is_none() && self.exact.scene.as_ref().is_some_and(|(of, _)| of == field);
-        let build = self.slots().contains(&Slot::Octree) || linked;
+        let build = self.slots().contains(&Slot::Octree) || linked || self.wipe.awaits;
         match self.octree.run(ctx, &self.renderer, &self.document.data, (field, params), build) {
             Ok(true) => self.show_anew(Slot::Octree),
             Ok(false) => {}
@@ -564,7 +570,9 @@ impl Viewer {
 
     /// The picture's place: input, marching, painting.
     fn picture(&mut self, ui: &mut egui::Ui) {
-        let rect = ui.available_rect_before_wrap();
+        let whole = ui.available_rect_before_wrap();
+        let places = self.places(whole);
+        let rect = places.map_or(whole, |[_, rect]| rect);
         let picture = ui.interact(rect, ui.scope_id().with("picture"), egui::Sense::click_and_drag());
         picture.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "picture"));
         let screen = ui.ctx().viewport_rect().size() * ui.ctx().pixels_per_point();
@@ -573,6 +581,9 @@ impl Viewer {
         self.size = [pixels.width_px, pixels.height_px].map(|n| (n.max(0) as u32).min(self.viewport.longest_side()));
 
         self.settings.camera = navigate::moved(self.settings.camera, &picture, ui, self.extent());
+        if let Some([beside, _]) = places {
+            self.picture_beside(ui, beside);
+        }
         if let Some(at) = picture.interact_pointer_pos().filter(|_| picture.double_clicked() && !self.probe.is_on) {
             self.recentre(rect, at);
         }
@@ -585,18 +596,21 @@ impl Viewer {
         }
         self.march(ui.ctx());
         let [r, g, b] = self.settings.look.background();
-        ui.painter().rect_filled(rect, 0.0, egui::Color32::from_rgb(r, g, b));
+        ui.painter().rect_filled(whole, 0.0, egui::Color32::from_rgb(r, g, b));
         let drawing = self.furniture(rect.size(), self.settings.look.parts);
         furniture::paint(ui.painter(), rect, &drawing.behind, drawing.halo);
-        if self.viewport.is_filled() {
-            self.viewport.paint(ui.painter(), rect, self.size, self.compared());
+        match places {
+            Some(places) => self.paint_beside(ui.painter(), places),
+            None if self.viewport.is_filled() => self.viewport.paint(ui.painter(), rect, self.size, self.compared()),
+            None => {}
         }
         furniture::paint(ui.painter(), rect, &drawing.front, drawing.halo);
         self.leaves_over(ui, rect);
         self.planes_over(ui, rect);
-        self.wipe_over(ui, rect);
+        self.quality_over(ui, rect);
+        self.wipe_over(ui, whole);
         self.probe_over(ui, rect, &picture);
-        self.tools_over(ui, rect);
+        self.tools_over(ui, whole);
     }
 
     /// The line at the bottom.

@@ -39,6 +39,8 @@ pub enum Compared {
     Wipe([Slot; 2], f32),
     /// Their difference by channel, times a gain.
     Difference([Slot; 2], f32),
+    /// The first over the second, by the first's share in [0, 1].
+    Blend([Slot; 2], f32),
 }
 
 /// A picture that is marched some rows at a time, so that the window does not stand still on a slow device.
@@ -211,12 +213,24 @@ impl Viewport {
     /// Paints the picture over `rect`, which has `size` pixels, stretched if its size is another, or what is made of two.
     pub fn paint(&self, painter: &egui::Painter, rect: egui::Rect, size: [u32; 2], compared: Option<Compared>) {
         let (shown, slots, divider, gain) = match compared {
-            None => (0u32, [self.painted; 2], 0.0, 0.0),
+            None => return self.paint_one(painter, rect, size, self.painted),
             Some(Compared::Wipe(slots, divider)) => (1, slots, divider, 0.0),
             Some(Compared::Difference(slots, gain)) => (2, slots, 0.0, gain),
+            Some(Compared::Blend(slots, share)) => (3, slots, 0.0, share),
         };
         let words = [divider.to_bits(), gain.to_bits(), 0, 0];
         self.context.queue.write_buffer(&self.comparison, 0, bytemuck::cast_slice(&words));
+        self.blit(painter, rect, size, shown, slots);
+    }
+
+    /// Paints a slot's picture in the same way; nothing if it has none.
+    pub fn paint_one(&self, painter: &egui::Painter, rect: egui::Rect, size: [u32; 2], slot: Slot) {
+        if self.has(slot) {
+            self.blit(painter, rect, size, 0, [slot; 2]);
+        }
+    }
+
+    fn blit(&self, painter: &egui::Painter, rect: egui::Rect, size: [u32; 2], shown: u32, slots: [Slot; 2]) {
         let targets = slots.map(|slot| &self.pictures[slot as usize].target);
         let stretched = targets.iter().any(|target| target.size() != size);
         let (pipeline, image) = (self.blitting.pipeline(&self.context.device, shown, stretched), self.bind(targets));
@@ -284,8 +298,8 @@ struct Blitting {
     layout: wgpu::BindGroupLayout,
     module: wgpu::ShaderModule,
     format: wgpu::TextureFormat,
-    /// One picture, a wipe, a difference; texel for pixel, then stretched.
-    pipelines: [OnceLock<wgpu::RenderPipeline>; 6],
+    /// One picture, a wipe, a difference, a mixture; texel for pixel, then stretched.
+    pipelines: [OnceLock<wgpu::RenderPipeline>; 8],
 }
 
 impl Blitting {
@@ -308,7 +322,7 @@ impl Blitting {
         }
     }
 
-    /// What paints so: 0 one picture, 1 a wipe, 2 a difference.
+    /// What paints so: 0 one picture, 1 a wipe, 2 a difference, 3 a mixture.
     fn pipeline(&self, device: &wgpu::Device, shown: u32, stretched: bool) -> wgpu::RenderPipeline {
         let constants = [("shown", f64::from(shown)), ("stretched", f64::from(u8::from(stretched)))];
         let make = || self.make(device, &constants);

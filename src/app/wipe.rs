@@ -1,14 +1,12 @@
-//! Two pictures in one: beside each other with a divider to drag, or their difference.
+//! Two pictures in one: with a divider to drag, beside each other, mixed, or their difference.
 
-use super::model::OctreeModel;
-use super::octree_stage::Measured;
+use super::linked::Kept;
 use super::slot::Slot;
 use super::viewer::Viewer;
 use super::viewport::Compared;
-use super::widgets::{choice, mebibytes, percent, row, rows};
+use super::widgets::{choice, choices, mebibytes, percent, row, rows};
 use crate::octree::OctreeParams;
 use egui::{Align2, Color32, CornerRadius, FontId, Painter, Rect, Sense, Slider, Stroke, Ui, pos2, vec2};
-use std::sync::Arc;
 
 /// How two pictures are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -18,6 +16,10 @@ pub enum WipeMode {
     Off,
     /// One left, the other right of a divider.
     Wipe,
+    /// One left of the other, each whole.
+    Beside,
+    /// One over the other, partly transparent.
+    Blend,
     /// Where they differ.
     Difference,
 }
@@ -39,16 +41,20 @@ pub struct Wipe {
     /// What with.
     pub against: Against,
     /// The octree kept as A.
-    pub kept: Option<Arc<OctreeModel>>,
+    pub kept: Option<Kept>,
+    /// Whether a file that is being read waits for the octree that it is to be compared with.
+    pub awaits: bool,
     /// Where the divider is, in pictures from the left.
     pub divider: f32,
     /// What differences are multiplied by.
     pub gain: f32,
+    /// How much of A a mixture has, in [0, 1].
+    pub share: f32,
 }
 
 impl Default for Wipe {
     fn default() -> Self {
-        Wipe { mode: WipeMode::Off, against: Against::Exact, kept: None, divider: 0.5, gain: 20.0 }
+        Wipe { mode: WipeMode::Off, against: Against::Exact, kept: None, awaits: false, divider: 0.5, gain: 20.0, share: 0.5 }
     }
 }
 
@@ -62,34 +68,66 @@ impl Wipe {
         }
     }
 
-    /// What is painted.
+    /// What is painted in one place; `None` if that is one picture.
     pub fn compared(&self) -> Option<Compared> {
         let slots = self.slots()?;
-        Some(if self.mode == WipeMode::Wipe { Compared::Wipe(slots, self.divider) } else { Compared::Difference(slots, self.gain) })
+        match self.mode {
+            WipeMode::Off | WipeMode::Beside => None,
+            WipeMode::Wipe => Some(Compared::Wipe(slots, self.divider)),
+            WipeMode::Blend => Some(Compared::Blend(slots, self.share)),
+            WipeMode::Difference => Some(Compared::Difference(slots, self.gain)),
+        }
     }
 }
 
 impl Viewer {
-    /// Whether both pictures that are to be compared are there.
+    /// What is painted in one place, if both pictures that are to be compared are there.
     pub(super) fn compared(&self) -> Option<Compared> {
-        let slots = self.wipe.slots()?;
-        self.wipe.compared().filter(|_| slots.iter().all(|&slot| self.viewport.has(slot)))
+        self.wipe.compared().filter(|_| self.has_both())
+    }
+
+    fn has_both(&self) -> bool {
+        self.wipe.slots().is_some_and(|slots| slots.iter().all(|&slot| self.viewport.has(slot)))
+    }
+
+    /// The pictures beside each other, as far as they are there.
+    pub(super) fn paint_beside(&self, painter: &Painter, places: [Rect; 2]) {
+        for (slot, place) in self.wipe.slots().into_iter().flatten().zip(places) {
+            self.viewport.paint_one(painter, place, self.size, slot);
+        }
+    }
+
+    /// Opens a second file.
+    pub(super) fn compare_button(&mut self, ui: &mut Ui, name: &str) {
+        let tip = "Open a second file: what is shown is kept as A, the file becomes B, with the same camera, colours, range and thresholds";
+        if ui.button(name).on_hover_text(tip).clicked() {
+            self.choose_second(&ui.ctx().clone());
+        }
     }
 
     /// What is compared, in the panel.
     pub(super) fn wipe_section(&mut self, ui: &mut Ui) {
-        const MODES: [(WipeMode, &str, &str); 3] = [
+        const MODES: [(WipeMode, &str, &str); 5] = [
             (WipeMode::Off, "off", "One picture"),
             (WipeMode::Wipe, "wipe", "Two pictures with a divider between them: drag it (W)"),
+            (WipeMode::Beside, "side by side", "A left and B right, each whole, seen with one camera"),
+            (WipeMode::Blend, "blend", "A over B, partly transparent"),
             (WipeMode::Difference, "difference", "Where they differ: the absolute difference of each channel, multiplied"),
         ];
         const AGAINST: [(Against, &str, &str); 2] = [
             (Against::Exact, "exact", "The mesh itself: A is the octree, B the exact picture"),
-            (Against::Kept, "kept A", "The octree as it was when it was kept: change the thresholds and see B beside it"),
+            (
+                Against::Kept,
+                "kept A",
+                "The octree that was kept: of another file, or of this one with other thresholds; B is the present one",
+            ),
         ];
         let is_mesh = self.document.data.mesh().is_some();
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 2.0; // all fit in one row
+            choices(ui, &mut self.wipe.mode, &MODES);
+        });
         rows(ui, "wipe", |ui| {
-            choice(ui, "Compare", "Two pictures in one", &mut self.wipe.mode, &MODES);
             if is_mesh {
                 choice(ui, "With", "What the octree is compared with", &mut self.wipe.against, &AGAINST);
             }
@@ -97,23 +135,32 @@ impl Viewer {
                 let gain = Slider::new(&mut self.wipe.gain, 1.0..=200.0).logarithmic(true).max_decimals(0);
                 row(ui, "Gain", "What differences are multiplied by; what is white differs by 1 / gain or more", gain);
             }
+            if self.wipe.mode == WipeMode::Blend {
+                row(ui, "Share of A", "How much of A is seen over B", Slider::new(&mut self.wipe.share, 0.0..=1.0).max_decimals(2));
+            }
         });
         if !is_mesh {
             self.wipe.against = Against::Kept;
         }
         ui.horizontal(|ui| {
+            self.compare_button(ui, "Compare with...");
             let tip = "Keep the present octree as A, to compare with what other thresholds give";
-            if ui.add_enabled(self.octree.model.is_some(), egui::Button::new("Keep as A").small()).on_hover_text(tip).clicked() {
+            if ui.add_enabled(self.octree.model.is_some(), egui::Button::new("Keep as A")).on_hover_text(tip).clicked() {
                 self.keep();
             }
-            match &self.wipe.kept {
-                Some(kept) => ui.weak(format!("A: {}, {}", in_short(&kept.params), mebibytes(kept.bytes))),
-                None => ui.weak("nothing is kept yet"),
-            };
-            let tip = "Forget A and free its memory";
-            if self.wipe.kept.is_some() && ui.small_button("x").on_hover_text(tip).clicked() {
+        });
+        let Some(kept) = &self.wipe.kept else { return drop(ui.weak("nothing is kept yet")) };
+        let text = format!("A: {}, {}, {}", kept.document.name, in_short(&kept.model.params), mebibytes(kept.model.bytes));
+        let at_rest = self.octree.is_of(&self.settings.field, &self.settings.params) && self.octree.model.is_some();
+        ui.horizontal(|ui| {
+            let tip = "A becomes B and B becomes A: the panel, the probe and screenshots are of B";
+            if ui.add_enabled(at_rest, egui::Button::new("Swap").small()).on_hover_text(tip).clicked() {
+                self.swap(&ui.ctx().clone());
+            }
+            if ui.small_button("x").on_hover_text("Forget A and free its memory").clicked() {
                 self.forget();
             }
+            ui.add(egui::Label::new(egui::RichText::new(&text).weak()).truncate()).on_hover_text(&text);
         });
     }
 
@@ -124,13 +171,13 @@ impl Viewer {
             self.wipe.against = Against::Kept;
         }
         if self.wipe.mode != WipeMode::Off && self.wipe.against == Against::Kept && self.wipe.kept.is_none() {
-            self.say("keep an octree as A first, then change the thresholds (Compare)");
+            self.say("keep an octree as A first, then change the thresholds, or open a second file (Compare)");
         }
     }
 
     /// Keeps the octree that is shown as A and compares with it.
     fn keep(&mut self) {
-        self.wipe.kept = self.octree.model.clone();
+        self.wipe.kept = self.to_keep();
         self.wipe.against = Against::Kept;
         if self.wipe.mode == WipeMode::Off {
             self.wipe.mode = WipeMode::Wipe;
@@ -172,6 +219,18 @@ impl Viewer {
                     tag(&painter, pos2(at, rect.bottom() - 8.0), align, name, font.clone());
                 }
             }
+            WipeMode::Beside => {
+                let Some([left, right]) = self.places(rect) else { return };
+                painter.vline(rect.center().x, rect.y_range(), Stroke::new(1.0, Color32::GRAY));
+                for (name, place) in names.iter().zip([left, right]) {
+                    let at = place.left_bottom() + vec2(8.0, -8.0);
+                    tag(&painter.with_clip_rect(place), at, Align2::LEFT_BOTTOM, name, font.clone());
+                }
+            }
+            WipeMode::Blend => {
+                let text = format!("{:.0} % {} over {}", 100.0 * self.wipe.share, names[0], names[1]);
+                tag(&painter, rect.left_bottom() + vec2(8.0, -8.0), Align2::LEFT_BOTTOM, &text, font);
+            }
             WipeMode::Difference => {
                 scale(&painter, rect, self.wipe.gain);
                 tag(
@@ -183,28 +242,8 @@ impl Viewer {
                 );
             }
         }
-        if self.compared().is_none() {
+        if !self.has_both() {
             tag(&painter, rect.center(), Align2::CENTER_CENTER, "the second picture is being made ...", FontId::proportional(13.0));
-        }
-    }
-
-    fn side_name(&self, letter: &str, slot: Slot) -> String {
-        let of = |model: &OctreeModel| in_short(&model.params);
-        match slot {
-            Slot::Exact => format!("{letter}: exact"),
-            Slot::Kept => {
-                let other = |kept: &&OctreeModel| kept.field != self.settings.field;
-                let field = self.wipe.kept.as_deref().filter(other).and_then(|kept| kept.field.name.clone());
-                let field = field.map_or(String::new(), |name| format!("{name}, "));
-                format!("{letter}: {field}{}", self.wipe.kept.as_deref().map_or(String::new(), of))
-            }
-            Slot::Octree => {
-                let error = match &self.octree.accuracy {
-                    Measured::Done(accuracy) => format!(", RMSE {}", percent(accuracy.error.by_volume.rmse_rel)),
-                    _ => String::new(),
-                };
-                format!("{letter}: {}{error}", self.octree.model.as_deref().map_or(String::new(), of))
-            }
         }
     }
 }

@@ -5,6 +5,7 @@ use super::long_work::with_bar;
 use super::subject::read_contents;
 use super::usage::usage;
 use crate::format::Contents;
+use crate::format::gmsh::write_grid as write_msh;
 use crate::format::vtu::write::Compression;
 use crate::format::vtu::write_grid::write_grid as write_vtu;
 use crate::mesh::{counts_in_words, to_tets};
@@ -22,7 +23,7 @@ Examples:
   octetra convert bracket.vtu -o bracket.msh              Gmsh 4.1, binary; --ascii for text
   octetra convert hexes.vtk --tets -o tets.vtu            the tets that octetra draws
 
-Cells stay what they are, unless --tets is given; all arrays are kept.")]
+Cells stay what they are, unless --tets is given; all arrays are kept. Curvilinear grids become tets.")]
 pub struct ConvertCommand {
     #[command(flatten)]
     mesh: MeshArgs,
@@ -64,11 +65,19 @@ impl ConvertCommand {
         let grid = match read_contents(&self.mesh, &self.volume)? {
             Contents::Grid(_) => bail!("{}: is a regular volume; octetra converts meshes", self.mesh.shown_name()),
             Contents::Cells(grid) if self.tets => to_tets(grid).with_context(|| self.mesh.shown_name())?.try_into()?,
-            Contents::Cells(grid) => grid,
-            Contents::Tets(parts) => parts.try_into()?,
+            Contents::Cells(mut grid) => {
+                grid.merge_points();
+                grid
+            }
+            Contents::Tets(mut parts) => {
+                if !parts.file_cells.is_tets() && !self.tets {
+                    parts.notes.push("the hexahedra of its grid were written as tets".into());
+                }
+                parts.try_into()?
+            }
         };
         match is_msh {
-            true => bail!("later"),
+            true => with_bar(|progress| write_msh(&self.output, &grid, !self.ascii, progress))?,
             false => {
                 let compression = if self.uncompressed { Compression::None } else { Compression::Zlib };
                 with_bar(|progress| write_vtu(&self.output, &grid, compression, progress))?;

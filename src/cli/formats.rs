@@ -13,13 +13,13 @@ impl FormatsCommand {
     /// Prints the table.
     pub fn run(self) -> Result<()> {
         let mut out = io::stdout().lock();
-        writeln!(out, "{:<36}{:<30}holds", "format", "suffixes")?;
+        writeln!(out, "{:<36}{:<40}holds", "format", "suffixes")?;
         for format in FORMATS {
             let suffixes = format.suffixes.iter().map(|suffix| format!(".{suffix}")).collect::<Vec<_>>().join(" ");
             let writes = if ["vtu", "msh"].iter().any(|suffix| format.suffixes.contains(suffix)) { ", written too" } else { "" };
-            writeln!(out, "{:<36}{suffixes:<30}{}{writes}", format.name, format.holds())?;
+            writeln!(out, "{:<36}{suffixes:<40}{}{writes}", format.name, format.holds())?;
         }
-        writeln!(out, "{:<36}{:<30}a volume, with --dims and --type", "plain bytes", "any")?;
+        writeln!(out, "{:<36}{:<40}a volume, with --dims and --type", "plain bytes", "any")?;
         Ok(writeln!(out, "A file is told by its content, or else by its suffix; \"octetra convert\" writes .vtu and .msh.")?)
     }
 }

@@ -1,7 +1,8 @@
 //! `octetra info`: what a file holds.
 
-use super::args::{MeshArgs, RawArgs};
+use super::args::{MeshArgs, RawArgs, check_outputs};
 use super::subject::read_contents;
+use crate::format::series::Step;
 use crate::format::{Contents, Series};
 use crate::geometry::Placed;
 use crate::image::write_atomically;
@@ -30,10 +31,13 @@ impl InfoCommand {
     /// Reads the mesh or volume and says what it holds; of a series of which no step is chosen, lists the steps.
     pub fn run(mut self) -> Result<()> {
         self.mesh.choose_step()?;
+        check_outputs(&self.mesh, &[self.json.as_ref().filter(|_| !self.is_json_only())])?;
         if let (Some(series), None, None) = (self.mesh.series(), self.mesh.steps.time, self.mesh.steps.time_step) {
-            return Ok(list(&mut io::stdout().lock(), series)?);
+            let step = |step: &Step| json!({ "time": step.time, "file": step.path, "exists": step.exists() });
+            self.write_json(|| json!({ "steps": series.steps().iter().map(step).collect::<Vec<_>>() }))?;
+            return if self.is_json_only() { Ok(()) } else { Ok(list(&mut io::stdout().lock(), series)?) };
         }
-        let holds = match read_contents(&self.mesh, &self.volume)? {
+        let mut holds = match read_contents(&self.mesh, &self.volume)? {
             Contents::Grid(grid) => {
                 self.write_json(|| volume_numbers(&grid))?;
                 return if self.is_json_only() { Ok(()) } else { Ok(describe_volume(&mut io::stdout().lock(), &grid)?) };
@@ -49,6 +53,9 @@ impl InfoCommand {
         // Its faces are sorted, which takes more memory than the mesh.
         let fits = |mesh: &&TetMesh| self.mesh.check_bytes("info", mesh.bytes() as u64 + MeshReport::working_bytes(mesh)).is_ok();
         let report = holds.mesh.as_ref().filter(fits).map(MeshReport::new);
+        if holds.mesh.is_some() && report.is_none() {
+            holds.notes.push("volume, boundary, parts and damage were not looked for: that takes more than --memory".into());
+        }
         self.write_json(|| holds.numbers(report.as_ref()))?;
         if !self.is_json_only() {
             holds.describe(&mut io::stdout().lock(), report.as_ref(), shown.as_ref())?;
@@ -188,7 +195,7 @@ impl Holds {
     }
 
     fn numbers(&self, report: Option<&MeshReport>) -> Value {
-        let cells: serde_json::Map<_, _> = self.cells.iter().map(|(cell_type, count)| (cell_type.name().0.into(), json!(count))).collect();
+        let cells: serde_json::Map<_, _> = self.cells.iter().map(|(cell_type, count)| (cell_type.key(), json!(count))).collect();
         let arrays: Vec<Value> = ["points", "cells"]
             .into_iter()
             .zip(&self.arrays)

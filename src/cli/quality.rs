@@ -54,7 +54,7 @@ Examples:
 
 Metrics are Verdict's (the library behind VTK's mesh quality), by their definitions, and the energy of fTetWild (amips). Cells are judged in
 the orientation that the file gives them: in an inverted one the Jacobian, volume and what has their sign are negative, shape is 0 and
-the energy infinite. Infinite values are counted, and kept out of the other numbers. Cells are numbered from 0 as the file has them.";
+the energy infinite. Values that are not finite are counted, and kept out of the other numbers. Cells are numbered from 0 as the file has them.";
 
 /// Values of `--metric`.
 #[derive(Debug, Clone, Copy)]
@@ -79,15 +79,15 @@ impl QualityCommand {
             bail!("{}: is a regular volume, expected a mesh of cells; those of a volume all have one shape", self.mesh.shown_name());
         };
         let rule = if self.as_vtk { Rule::Vtk } else { Rule::Definition };
-        let (mut judged, mut kept) = (Vec::new(), Vec::new());
+        let (mut judged, mut kept, mut values) = (Vec::new(), Vec::new(), Vec::new());
         for metric in self.metrics() {
             let start = Instant::now();
-            let values = with_bar(|progress| quality::values(&mesh, metric, rule, progress))?;
+            with_bar(|progress| quality::values_into(&mut values, &mesh, metric, rule, progress))?;
             let seconds = start.elapsed().as_secs_f64();
             let summary = Summary::new(&mesh, metric, &values, self.bins.into(), self.worst);
             judged.push(Judged { summary, seconds });
             if self.array_out.is_some() {
-                kept.push((metric, values));
+                kept.push((metric, values.clone()));
             }
         }
         if let Some(path) = &self.array_out {
@@ -124,7 +124,7 @@ impl QualityCommand {
         writeln!(out, "  inverted    {}", mesh.inverted_count())?;
         writeln!(out, "  zero volume {}", mesh.zero_volume_count())?;
         writeln!(out)?;
-        let names = ["metric", "min", "q1", "median", "mean", "q3", "max", "infinite", "acceptable", "outside"];
+        let names = ["metric", "min", "q1", "median", "mean", "q3", "max", "not finite", "acceptable", "outside"];
         let rows: Vec<Vec<String>> =
             std::iter::once(names.map(str::to_owned).to_vec()).chain(judged.iter().map(|judged| row(&judged.summary))).collect();
         table(out, &rows)?;
@@ -154,7 +154,7 @@ impl QualityCommand {
             "tets": mesh.tets().len(),
             "inverted": mesh.inverted_count(),
             "zero_volume": mesh.zero_volume_count(),
-            "cell_shape": mesh.file_cells().shape.name(),
+            "cell_shape": mesh.file_cells().types.is_empty().then(|| mesh.file_cells().shape.key()),
             "rule": if self.as_vtk { "VTK" } else { "definition" },
             "metrics": judged.iter().map(in_json).collect::<Vec<_>>(),
         })
@@ -190,7 +190,8 @@ fn table(out: &mut impl Write, rows: &[Vec<String>]) -> io::Result<()> {
 /// Bars whose length is the number of tets.
 fn histogram(out: &mut impl Write, summary: &Summary) -> io::Result<()> {
     const LONGEST: usize = 50;
-    let most = summary.bins.iter().map(|bin| bin.count).max().unwrap_or(0).max(1);
+    let outside = [summary.below, summary.above, summary.infinite];
+    let most = summary.bins.iter().map(|bin| bin.count).chain(outside).max().unwrap_or(0).max(1);
     let mut rows = Vec::new();
     let mut add = |range: String, count: usize| {
         let length = (count * LONGEST).div_ceil(most).min(LONGEST);
@@ -207,7 +208,7 @@ fn histogram(out: &mut impl Write, summary: &Summary) -> io::Result<()> {
         add(format!("above {}", short(last.high)), summary.above);
     }
     if summary.infinite > 0 {
-        add("infinite".into(), summary.infinite);
+        add("not finite".into(), summary.infinite);
     }
     table(out, &rows)
 }
@@ -216,7 +217,7 @@ fn worst(out: &mut impl Write, mesh: &TetMesh, summary: &Summary) -> io::Result<
     let is_part = !mesh.file_cells().is_tets();
     let mut rows = vec![["value", "cell", "tet", "centre"].map(str::to_owned).to_vec()];
     for cell in &summary.worst {
-        let value = if cell.value.is_finite() { short(cell.value) } else { "infinite".into() };
+        let value = if cell.value.is_finite() { short(cell.value) } else { not_finite(cell.value).into() };
         let center = cell.center.to_array().map(short).join(",");
         rows.push(vec![value, cell.cell.to_string(), cell.tet.to_string(), center]);
     }
@@ -234,7 +235,7 @@ fn in_json(Judged { summary, seconds }: &Judged) -> Value {
         |cell: &quality::WorstCell| json!({ "cell": cell.cell, "tet": cell.tet, "value": cell.value, "center": cell.center.to_array() });
     json!({
         "name": metric.name(), "label": metric.label(), "formula": metric.formula(), "vtk_differs": metric.vtk_differs(),
-        "min": min, "q1": q1, "median": median, "q3": q3, "max": max, "mean": mean, "std": std, "infinite": infinite,
+        "min": min, "q1": q1, "median": median, "q3": q3, "max": max, "mean": mean, "std": std, "not_finite": infinite,
         "acceptable": metric.acceptable().map(|a| json!({ "range": a.range, "source": a.source })),
         "outside": outside, "outside_share": outside.map(|outside| outside as f64 / tets as f64),
         "histogram": { "edges": edges, "counts": counts, "below": summary.below, "above": summary.above },
@@ -251,13 +252,18 @@ fn write_json(path: &Path, value: &Value) -> Result<()> {
     write_atomically(path, |out| out.write_all(text.as_bytes())).with_context(|| path.display().to_string())
 }
 
+/// What is not a finite value, in a word: an angle of a face without an area is none at all.
+fn not_finite(value: f64) -> &'static str {
+    if value.is_nan() { "none" } else { "infinite" }
+}
+
 /// Five digits that count.
 fn short(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) {
         return format!("{value:.3e}");
     }
-    let before_point = if value.abs() >= 1.0 { value.abs().log10().floor() as usize + 1 } else { 1 };
-    let text = format!("{value:.*}", 5usize.saturating_sub(before_point));
+    let magnitude = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    let text = format!("{value:.*}", (4 - magnitude).max(0) as usize);
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     if text == "-0" { "0".into() } else { text.to_owned() }
 }
@@ -278,8 +284,8 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
-        let found = [0.0, -0.25, 12.3456789, 1234567.0, 3.0e-7, 70.52877936, 1.0].map(short);
-        assert_eq!(found, ["0", "-0.25", "12.346", "1.235e6", "3.000e-7", "70.529", "1"]);
+        let found = [0.0, -0.25, 12.3456789, 1234567.0, 3.0e-7, 70.52877936, 1.0, 0.0049689787, 123456.7].map(short);
+        assert_eq!(found, ["0", "-0.25", "12.346", "1.235e6", "3.000e-7", "70.529", "1", "0.004969", "123457"]);
     }
 
     #[test]

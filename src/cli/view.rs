@@ -7,6 +7,7 @@ use super::subject::{check_budget, read_subject};
 use crate::app::{self, Options, WindowStats};
 use crate::image::write_atomically;
 use crate::octree::Subject;
+use crate::session::Source;
 use crate::study::ErrorSampling;
 use crate::view::RendererKind;
 use anyhow::{Context, Result, ensure};
@@ -27,6 +28,9 @@ pub struct ViewCommand {
     octree: OctreeArgs,
     #[command(flatten)]
     volume: RawArgs,
+    /// Also open a second file, to compare: the first is A and this is B, with the same camera, colours, range and thresholds
+    #[arg(long, value_name = "FILE", help_heading = "Compare")]
+    compare_with: Option<PathBuf>,
     /// When the window is closed, also write what its frames took; - for standard output
     #[arg(long, value_name = "OUT.json", help_heading = "Output")]
     stats: Option<PathBuf>,
@@ -43,11 +47,15 @@ impl ViewCommand {
         let tf = Some(Path::new(self.view.transfer.tf.as_str())).filter(|tf| tf.is_file());
         let inputs = [
             (self.session.file().map(PathBuf::as_path), "the session"),
+            (self.compare_with.as_deref(), "the file to compare with"),
             (self.view.camera.as_deref(), "the camera"),
             (tf, "the transfer function"),
         ];
         let inputs: Vec<(&Path, &str)> = inputs.into_iter().filter_map(|(path, what)| Some((path?, what))).collect();
         check_outputs_beside(&inputs, &outputs)?;
+        if let Some(path) = &self.compare_with {
+            check_second(path)?;
+        }
         let files = self.view.files()?;
         let subject = read_subject(&self.mesh, &self.volume)?;
         if self.view.settings().renderer == RendererKind::Exact && matches!(subject, Subject::Volume(_)) {
@@ -63,6 +71,7 @@ impl ViewCommand {
             recent: app::recent_file(),
             subject,
             component: self.mesh.component,
+            compare_with: self.compare_with,
             view,
             params: self.octree.params(),
             error: ErrorSampling::default(),
@@ -72,6 +81,14 @@ impl ViewCommand {
         })?;
         self.stats.as_deref().map(|path| write_stats(path, &stats)).transpose().map(drop)
     }
+}
+
+/// Fails early if there is no such file or series.
+fn check_second(path: &Path) -> Result<()> {
+    if Source::file(path).series()?.is_none() {
+        path.metadata().with_context(|| path.display().to_string())?;
+    }
+    Ok(())
 }
 
 /// Writes what the frames of a window took, as JSON.

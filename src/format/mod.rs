@@ -1,5 +1,10 @@
 //! Files to meshes and volumes: one file a format, one registry line each.
 
+mod abaqus;
+#[cfg(test)]
+mod corpus_tests;
+#[cfg(test)]
+mod damage_tests;
 mod ensight;
 mod exodus;
 pub mod gmsh;
@@ -23,6 +28,7 @@ mod volume_tests;
 mod voxel_data;
 mod vti;
 pub mod vtu;
+mod xdmf;
 
 use crate::mesh::{MeshError, MeshParts, TetMesh, UnstructuredGrid, to_tets};
 use crate::progress::{Cancelled, Progress};
@@ -55,6 +61,8 @@ pub const FORMATS: &[Format] = &[
     Format { name: "Medit mesh", suffixes: &["mesh", "meshb"], recognizes: medit::recognizes, reader: Reader::Cells(medit::read) },
     Format { name: "SU2 mesh", suffixes: &["su2"], recognizes: |_| false, reader: Reader::Cells(su2::read) },
     Format { name: "TetGen mesh", suffixes: &["node", "ele"], recognizes: |_| false, reader: Reader::Cells(tetgen::read) },
+    Format { name: "Abaqus or CalculiX mesh", suffixes: &["inp"], recognizes: abaqus::recognizes, reader: Reader::Cells(abaqus::read) },
+    Format { name: "XDMF", suffixes: &["xdmf", "xmf"], recognizes: xdmf::recognizes, reader: Reader::Cells(xdmf::read) },
     Format { name: "NRRD", suffixes: &["nrrd", "nhdr"], recognizes: nrrd::recognizes, reader: Reader::Grid(nrrd::read) },
     Format { name: "PLOT3D", suffixes: plot3d::SUFFIXES, recognizes: |_| false, reader: Reader::Structured(plot3d::read) },
     Format { name: "OpenFOAM case", suffixes: openfoam::SUFFIXES, recognizes: |_| false, reader: Reader::Cells(openfoam::read) },

@@ -3,6 +3,7 @@
 //! - `su2:tag` is 0 for the cells of `NELEM` and counts markers from 1 for those of `MARKER_ELEMS`, as meshio does; a marker whose tag is a
 //!   whole number has that. Their names are in a note.
 //! - Behind the points of a line, its own number may stand, which is passed over: cells and points are counted from 0 as they stand.
+//! - Cells are of VTK's types, the quadratic ones that Gmsh writes too.
 //! - Zones (`NZONE`) follow each other, each with points of its own.
 //! - Other keywords (periodicity, FFD boxes) are passed over, with a note.
 
@@ -42,6 +43,8 @@ struct Mesh<'a> {
     marker: i64,
     markers: Vec<String>,
     passed_over: Vec<String>,
+    /// Lines where a keyword should stand.
+    stray: u64,
 }
 
 impl<'a> Mesh<'a> {
@@ -57,6 +60,7 @@ impl<'a> Mesh<'a> {
             marker: 0,
             markers: Vec::new(),
             passed_over: Vec::new(),
+            stray: 0,
         }
     }
 
@@ -65,7 +69,10 @@ impl<'a> Mesh<'a> {
         loop {
             let place = self.words.place();
             let Some(line) = self.words.rest_of_line() else { break };
-            let Some(equals) = line.iter().position(|&b| b == b'=') else { continue };
+            let Some(equals) = line.iter().position(|&b| b == b'=') else {
+                self.stray += u64::from(!line.is_empty());
+                continue;
+            };
             let keyword = String::from_utf8_lossy(line[..equals].trim_ascii()).to_ascii_uppercase();
             let value = line[equals + 1..].trim_ascii();
             let number = || {
@@ -120,13 +127,14 @@ impl<'a> Mesh<'a> {
             let number = self.words.integer("a type of cells")?;
             let line = self.words.line();
             let cell_type = match number {
-                1 | 3 | 5 | 9 | 10 | 12 | 13 | 14 => CellType(number),
+                1 | 3 | 5 | 9 | 10 | 12..=14 | 21..=29 | 32 => CellType(number),
                 _ => {
                     let found = format!("a cell of type {number}");
-                    return Err(ParseError::invalid(self.words.place(), found, "VTK's 1, 3, 5, 9, 10, 12, 13 or 14"));
+                    let expected = "VTK's 1, 3, 5, 9, 10, 12, 13, 14 or a quadratic one";
+                    return Err(ParseError::invalid(self.words.place(), found, expected));
                 }
             };
-            let mut cell = [0; 8];
+            let mut cell = [0; 27];
             let points = cell_type.points().unwrap_or_default();
             for place in &mut cell[..points] {
                 let point: u32 = self.words.integer("a point of a cell")?;
@@ -181,7 +189,7 @@ impl<'a> Mesh<'a> {
 
     /// Tells how far it is, now and then.
     fn check(&mut self, i: usize) -> Result<(), ParseError> {
-        if i % CHECKED == 0 {
+        if i.is_multiple_of(CHECKED) {
             self.progress.check()?;
             let (_, done, _) = self.progress.snapshot();
             self.progress.add((self.words.at() as u64).saturating_sub(done));
@@ -198,17 +206,20 @@ impl<'a> Mesh<'a> {
             notes.push(format!("keywords were passed over: {}", self.passed_over.join(", ")));
         }
         let cell_data = vec![whole_numbers("su2:tag", &self.tags)];
+        if self.stray > 0 {
+            notes.push(format!("lines that belong to no keyword were passed over: {}", self.stray));
+        }
         UnstructuredGrid { points: self.points, cells: self.cells, cell_data, notes, ..UnstructuredGrid::default() }
     }
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::parse::parsed;
     use super::*;
     use crate::mesh::Values;
 
-    const TET: &str = "% a tet\nNDIME= 3\nNELEM=1\n10 0 1 2 3 0\nNPOIN= 4 4\n0 0 0 0\n1 0 0\t1\n0 1 0 2\n\n0 0 1.5e0 3\n\
+    pub(in crate::format) const TET: &str = "% a tet\nNDIME= 3\nNELEM=1\n10 0 1 2 3 0\nNPOIN= 4 4\n0 0 0 0\n1 0 0\t1\n0 1 0 2\n\n0 0 1.5e0 3\n\
         NMARK= 2\nMARKER_TAG= wall\nMARKER_ELEMS= 1\n5 0 1 2 % one\nMARKER_TAG= far\nMARKER_ELEMS= 2\n5 0 1 3\n5 1 2 3\nFFD_NBOX= 1\n";
 
     #[test]
@@ -236,8 +247,8 @@ mod tests {
         let error = |text: &str| parsed(read, text.as_bytes()).expect_err("not sound").to_string();
         for (found, expected) in [
             (error("hello"), "the file: no NPOIN=, expected one"),
-            (error(&TET.replace("5 0 1 3", "5 0 1")), "line 16: too few points of a cell, expected all of them in one line"),
-            (error(&TET.replace("10 0 1 2 3 0", "24 0 1 2 3 0")), "line 4: a cell of type 24, expected VTK's 1, 3"),
+            (error(&TET.replace("5 0 1 3", "5 0 1")), "line 17: too few points of a cell, expected all of them in one line"),
+            (error(&TET.replace("10 0 1 2 3 0", "11 0 1 2 3 0")), "line 4: a cell of type 11, expected VTK's 1, 3"),
             (error(&TET.replace("10 0 1 2 3 0", "10 0 1 -2 3 0")), "line 4: \"-2\", expected a point of a cell"),
             (error(&TET.replace("1 0 0\t1", "1 0")), "line 7: too few coordinates, expected all of them in one line"),
             (error(&TET.replace("NPOIN= 4 4", "NPOIN= 4000")), "line 6: 4000 points, expected no more than the file has room for"),

@@ -12,12 +12,12 @@
 //! - Triangle's files of two dimensions are the same, with triangles of 3 or 6 points.
 
 use super::GridFile;
-use super::parse::{ParseError, Tags, Words, all_of, real_numbers, whole_numbers};
+use super::parse::{ParseError, Tags, Words, all_of, content, real_numbers, whole_numbers};
 use crate::mesh::{CellType, Cells, DataArray, UnstructuredGrid};
 use crate::progress::Progress;
 use glam::DVec3;
+use std::iter;
 use std::path::Path;
-use std::{fs, iter};
 
 /// Numbers between two looks at the progress.
 const CHECKED: usize = 4096;
@@ -28,11 +28,18 @@ pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<Unstructu
     let is_cells = file.path.extension().is_some_and(|suffix| suffix.eq_ignore_ascii_case("ele"));
     let other = other_name(file.path, if is_cells { "node" } else { "ele" });
     let named = |problem| ParseError::Other { file: other.file_name().unwrap_or_default().into(), problem: Box::new(problem) };
-    let second = fs::read(&other).map_err(|cause| named(cause.into()))?;
+    let second = content(&other).map_err(named)?;
     progress.begin("reading", (own.len() + second.len()) as u64);
     let (points, cells): (&[u8], &[u8]) = if is_cells { (&second, &own) } else { (&own, &second) };
     let points = read_points(points, progress).map_err(|problem| if is_cells { named(problem) } else { problem })?;
     read_cells(points, cells, progress).map_err(|problem| if is_cells { problem } else { named(problem) })
+}
+
+/// What the two files of a mesh make, one behind the other with `cut` bytes in the first.
+#[cfg(test)]
+pub(super) fn read_both(bytes: &[u8], cut: usize) -> Result<UnstructuredGrid, ParseError> {
+    let (points, cells) = bytes.split_at(cut.min(bytes.len()));
+    read_cells(read_points(points, &Progress::new())?, cells, &Progress::new())
 }
 
 /// The name of the other file: the same, with another suffix, in capitals if the suffix was.
@@ -166,7 +173,10 @@ impl Columns {
     }
 
     fn read(&mut self, words: &mut Words<'_>, what: &str) -> Result<(), ParseError> {
-        self.columns.iter_mut().try_for_each(|column| Ok(column.push(words.real(what)?)))
+        for column in &mut self.columns {
+            column.push(words.real(what)?);
+        }
+        Ok(())
     }
 }
 
@@ -195,7 +205,7 @@ fn ended(words: &mut Words<'_>, count: usize, what: &str) -> Result<(), ParseErr
 
 /// Tells how far it is, now and then.
 fn check(i: usize, words: &Words<'_>, progress: &Progress, count: usize) -> Result<(), ParseError> {
-    if i % CHECKED == 0 {
+    if i.is_multiple_of(CHECKED) {
         progress.check()?;
         progress.add((words.rest().len() / count.div_ceil(CHECKED).max(1)) as u64 / 2);
     }
@@ -203,10 +213,11 @@ fn check(i: usize, words: &Words<'_>, progress: &Progress, count: usize) -> Resu
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::format::{Contents, FormatError, ReadOptions, read_contents};
     use crate::mesh::Values;
+    use std::fs;
 
     /// Reads two files, by the name of one.
     fn opened(node: &str, ele: &str, by: &str) -> Result<UnstructuredGrid, FormatError> {
@@ -219,7 +230,8 @@ mod tests {
         }
     }
 
-    const NODE: &str = "# a comment\n4 3 1 1\n1 0 0 0 0.5 -1\n2 1 0 0 1.5 2\n3 0 1 0 2.5 3 # and one\n\n4 0 0 1 3.5 4\n";
+    pub(in crate::format) const NODE: &str =
+        "# a comment\n4 3 1 1\n1 0 0 0 0.5 -1\n2 1 0 0 1.5 2\n3 0 1 0 2.5 3 # and one\n\n4 0 0 1 3.5 4\n";
 
     #[test]
     fn either_name_opens_both_files() {

@@ -563,7 +563,7 @@ fn legacy_structured_and_rectilinear_grids_are_meshes() {
     broken("STRUCTURED_GRID", &[("DIMENSIONS 3 2 2", &[])], "POINTS is missing");
     broken("STRUCTURED_GRID", &[("DIMENSIONS 3 2 3\nPOINTS 12 float", &points)], "the size of array \"POINTS\" is \"12\", expected 18");
     broken("STRUCTURED_GRID", &[("DIMENSIONS 3 2 2\nPOINTS 12 float", &points[..30])], "array \"POINTS\"");
-    broken("STRUCTURED_GRID", &[("DIMENSIONS 3 4 1\nPOINTS 12 float", &points)], "DIMENSIONS is \"3 4 1\", expected 2 points or more");
+    broken("STRUCTURED_GRID", &[("DIMENSIONS 3 4 1\nPOINTS 12 float", &points)], "has no cell with a volume: it holds 6 quads (type 9)");
     broken("STRUCTURED_GRID", &[("DIMENSIONS 9999999 9999999 9999999\nPOINTS 12 float", &points)], "fewer than 4294967295 in all");
     broken(
         "RECTILINEAR_GRID",

@@ -55,6 +55,11 @@ impl CellType {
         name(self.0).unwrap_or(("cell unknown to VTK", "cells unknown to VTK"))
     }
 
+    /// A name that no other type has.
+    pub fn key(self) -> String {
+        name(self.0).map_or_else(|| format!("type {}", self.0), |(one, _)| one.to_owned())
+    }
+
     /// How many points such a cell has; `None` where cells of the type differ in it, and for types that VTK does not know.
     pub fn points(self) -> Option<usize> {
         Some(match self.0 {

@@ -29,4 +29,5 @@ pub use report::MeshReport;
 pub use structured::{StructuredBlock, split_into_tets};
 pub use tet_mesh::{DataArray, MeshError, MeshParts, TetMesh, Values};
 pub use to_tets::to_tets;
+pub(crate) use to_tets::triangulate_face;
 pub use unstructured::{Cells, TooManyCellPoints, UnstructuredGrid};

@@ -1,7 +1,8 @@
 //! [`UnstructuredGrid`]: what a file of cells of any type holds, before its cells with a volume become tets.
 
-use super::{CellType, DataArray, MeshParts};
+use super::{CellType, DataArray, MeshParts, thousands};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Cells of any type, one behind the other, with their points.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -53,6 +54,28 @@ impl Cells {
         (0..self.len()).map(|cell| self.get(cell))
     }
 
+    /// Gives every point of every cell another number.
+    fn renumber(&mut self, number: impl Fn(u32) -> u32) {
+        let mut start = 0;
+        for (&cell_type, &end) in self.types.iter().zip(&self.ends) {
+            let nodes = &mut self.connectivity[start..end as usize];
+            start = end as usize;
+            if cell_type != CellType::POLYHEDRON {
+                nodes.iter_mut().for_each(|node| *node = number(*node));
+                continue;
+            }
+            // How many faces, then of each how many points and which.
+            let mut next_count = 1;
+            for (i, word) in nodes.iter_mut().enumerate().skip(1) {
+                if i == next_count {
+                    next_count = i.saturating_add(1 + *word as usize);
+                } else {
+                    *word = number(*word);
+                }
+            }
+        }
+    }
+
     /// How many cells there are of each type, by type.
     pub fn counts(&self) -> Vec<(CellType, u64)> {
         let mut counts = [0u64; 256];
@@ -82,6 +105,8 @@ pub struct UnstructuredGrid {
     pub active_scalars: Option<String>,
     /// The number in the file of each cell, from 0; empty if cells are numbered as they follow each other here.
     pub numbers: Vec<u32>,
+    /// How many cells the file has, those that are not here counted; 0: as many as are here.
+    pub cells_in_file: u32,
     /// Whether points at one place are one, since the file is of pieces that each have their own.
     pub merges_points: bool,
     /// What of the file is not here, one sentence each, such as `array "name" is text and was left out`.
@@ -89,49 +114,72 @@ pub struct UnstructuredGrid {
 }
 
 impl UnstructuredGrid {
+    /// How many cells the file has.
+    fn file_count(&self) -> u32 {
+        if self.cells_in_file > 0 { self.cells_in_file } else { self.cells.len() as u32 }
+    }
+
+    /// Takes points with the same coordinates for one, the first, with its values, if the file is of pieces; its notes say how many.
+    pub fn merge_points(&mut self) {
+        if !std::mem::take(&mut self.merges_points) || self.points.len() > u32::MAX as usize {
+            return;
+        }
+        let key = |p: &DVec3| (*p + DVec3::ZERO).to_array().map(f64::to_bits); // -0 is 0
+        let mut order: Vec<(u32, [u64; 3])> = self.points.par_iter().enumerate().map(|(i, p)| (i as u32, key(p))).collect();
+        order.par_sort_unstable_by_key(|&(i, key)| (key, i));
+        let mut first_at = vec![0; self.points.len()];
+        for run in order.chunk_by(|a, b| a.1 == b.1) {
+            run.iter().for_each(|&(i, _)| first_at[i as usize] = run[0].0);
+        }
+        drop(order);
+        let kept: Vec<u32> = (0..self.points.len() as u32).filter(|&i| first_at[i as usize] == i).collect();
+        let merged = self.points.len() - kept.len();
+        if merged == 0 {
+            return;
+        }
+        let mut place = vec![0; self.points.len()];
+        kept.iter().enumerate().for_each(|(new, &old)| place[old as usize] = new as u32);
+        // What is out of range stays so, to be refused with its cell.
+        self.cells.renumber(|node| first_at.get(node as usize).map_or(node, |&first| place[first as usize]));
+        self.points = kept.iter().map(|&i| self.points[i as usize]).collect();
+        // Arrays of another length are refused later, by their names.
+        let is_whole = |array: &DataArray| array.components > 0 && array.values.len() == place.len() * array.components;
+        if self.point_data.iter().all(is_whole) {
+            self.point_data = std::mem::take(&mut self.point_data).into_iter().map(|array| array.gathered(&kept)).collect();
+        }
+        self.notes
+            .push(format!("{} points of several pieces lie where others do and were taken for one with them", thousands(merged as u64)));
+    }
+
     /// Puts another grid behind this one. Arrays that one of them lacks are left out, which its notes say.
     pub fn append(&mut self, other: UnstructuredGrid) -> Result<(), TooManyCellPoints> {
-        let UnstructuredGrid { points, cells, point_data, cell_data, active_scalars, numbers, merges_points, notes } = other;
+        let (own_count, other_count) = (self.file_count(), other.file_count());
+        let UnstructuredGrid { points, mut cells, point_data, cell_data, active_scalars, numbers, merges_points, notes, .. } = other;
         let base = u32::try_from(self.points.len()).map_err(|_| TooManyCellPoints)?;
         u32::try_from(self.points.len() + points.len()).map_err(|_| TooManyCellPoints)?;
+        let all_cells = own_count.checked_add(other_count).ok_or(TooManyCellPoints)?;
+        if !(self.numbers.is_empty() && numbers.is_empty() && own_count as usize == self.cells.len()) {
+            if self.numbers.is_empty() {
+                self.numbers = (0..self.cells.len() as u32).collect();
+            }
+            let more = (0..cells.len()).map(|cell| numbers.get(cell).copied().unwrap_or(cell as u32));
+            self.numbers.extend(more.map(|number| own_count.saturating_add(number)));
+        }
+        self.cells_in_file = all_cells;
+        self.notes.extend(notes);
         if cells.is_empty() && points.is_empty() {
             return Ok(());
         }
         if self.cells.is_empty() && self.points.is_empty() {
-            *self = UnstructuredGrid { points, cells, point_data, cell_data, active_scalars, numbers, merges_points, notes };
+            (self.points, self.cells, self.point_data, self.cell_data) = (points, cells, point_data, cell_data);
+            (self.active_scalars, self.merges_points) = (active_scalars, merges_points);
             return Ok(());
         }
-        if !(self.numbers.is_empty() && numbers.is_empty()) {
-            let own = self.cells.len() as u32;
-            if self.numbers.is_empty() {
-                self.numbers = (0..own).collect();
-            }
-            let first = self.numbers.last().map_or(0, |&last| last + 1);
-            let more = (0..cells.len()).map(|cell| numbers.get(cell).copied().unwrap_or(cell as u32));
-            self.numbers.extend(more.map(|number| first.saturating_add(number)));
-        }
-        let mut moved = Vec::new();
-        for (cell_type, nodes) in cells.iter() {
-            moved.clear();
-            if cell_type == CellType::POLYHEDRON {
-                // How many faces, then of each how many points and which.
-                let mut next_count = 1;
-                for (i, &word) in nodes.iter().enumerate() {
-                    let is_count = i == 0 || i == next_count;
-                    if i == next_count {
-                        next_count = i.saturating_add(1 + word as usize);
-                    }
-                    moved.push(if is_count { word } else { word.wrapping_add(base) });
-                }
-            } else {
-                moved.extend(nodes.iter().map(|node| node.wrapping_add(base)));
-            }
-            self.cells.push(cell_type, &moved)?;
-        }
+        cells.renumber(|node| node.wrapping_add(base));
+        cells.iter().try_for_each(|(cell_type, nodes)| self.cells.push(cell_type, nodes))?;
         let mut dropped = DataArray::append_all(&mut self.point_data, point_data);
         dropped.extend(DataArray::append_all(&mut self.cell_data, cell_data));
         self.points.extend(points);
-        self.notes.extend(notes);
         self.notes.extend(dropped.iter().map(|name| format!("array \"{name}\" is not in all pieces and was left out")));
         self.merges_points |= merges_points;
         if self.active_scalars.is_none() {

@@ -128,7 +128,7 @@ impl Document {
     }
 
     fn markdown(&self, path: &Path) -> Result<String> {
-        let mut text = format!("# {}\n\n", self.title);
+        let mut text = format!("# {}\n\n", plain(&self.title));
         self.summary.iter().for_each(|line| text += &format!("* {}\n", plain(line)));
         for figure in &self.figures {
             text += &format!("\n## {}\n\n", figure.title);

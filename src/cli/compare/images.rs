@@ -37,6 +37,9 @@ impl ImageArgs {
         let limits = &self.limits;
         let given = [
             ("map", self.map.is_some()),
+            ("map-of", !matches!(self.map_of, MapArg::Flip)),
+            ("gain", self.gain != 10.0),
+            ("pixels-per-degree", self.pixels_per_degree != DEFAULT_PIXELS_PER_DEGREE),
             ("max-flip", limits.max_flip.is_some()),
             ("min-psnr", limits.min_psnr.is_some()),
             ("min-ssim", limits.min_ssim.is_some()),

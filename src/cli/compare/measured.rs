@@ -4,7 +4,7 @@ use super::super::long_work::with_bar;
 use crate::compare::{
     DistanceOptions, FieldDifference, ImageComparison, Nearest, OnMesh, Surface, SurfaceDistances, SurfaceFigures, components,
 };
-use crate::format::{self, Contents, ReadOptions};
+use crate::format::{self, Contents, ReadOptions, Series};
 use crate::geometry::{Aabb, signed_volume};
 use crate::mesh::quality::{Metric, Rule, Summary, values};
 use crate::mesh::{CellType, ScalarField, TetMesh, to_tets};
@@ -72,6 +72,9 @@ pub struct Measured {
 impl Side {
     /// Reads a file and takes its surface.
     pub fn read(path: &Path) -> Result<Self> {
+        if Series::open(path, &[]).is_ok_and(|series| series.is_some()) {
+            bail!("{}: a series; octetra compare takes one of its files", path.display());
+        }
         let contents = with_bar(|progress| format::read_contents(path, &ReadOptions::default(), progress))?;
         let named = || path.display().to_string();
         let name = path.file_name().map_or_else(named, |name| name.to_string_lossy().into_owned());

@@ -77,6 +77,10 @@ impl MeshesArgs {
             ("surface", self.surface),
             ("array", self.array.is_some()),
             ("other-array", self.other_array.is_some()),
+            ("component", self.component != Component::Magnitude),
+            ("snap", self.snap > 0.0),
+            ("orbit", self.orbit != 0),
+            ("size", self.size != [512, 512]),
             ("max-distance", self.max_distance.is_some()),
             ("envelope", self.envelope.is_some()),
         ];
@@ -99,7 +103,9 @@ pub fn compare_meshes(paths: [&PathBuf; 2], json: Option<&Path>, max_difference:
     let [a, b] = sides;
     let b = b.relative_to(&a);
     let mut measured = Measured::new([a, b], fields, args.snap)?;
-    measured.notes.extend((!why_not.is_empty()).then(|| format!("fields, octrees and pictures of them are not compared: {why_not}")));
+    measured.notes.extend(
+        (!why_not.is_empty() && !args.surface).then(|| format!("fields, octrees and pictures of them are not compared: {why_not}")),
+    );
     let drawn = pictures::draw(&mut measured, transfer, args)?;
     let verdicts = tables::judge(&measured, args.max_distance, max_difference, args.envelope);
 
@@ -156,7 +162,7 @@ fn needs_field(args: &MeshesArgs, max_difference: Option<f64>) -> Option<&'stati
 /// The fields to compare, or why there are none.
 fn fields(sides: &[Side; 2], args: &MeshesArgs) -> Result<(Option<[ScalarField; 2]>, String)> {
     if args.surface {
-        return Ok((None, String::new()));
+        return Ok((None, "--surface leaves fields out".into()));
     }
     let [Some(a), Some(b)] = sides.each_ref().map(|side| side.mesh.as_deref()) else {
         let surface = sides.iter().find(|side| side.mesh.is_none()).map(|side| side.name.as_str()).unwrap_or_default();

@@ -147,8 +147,9 @@ fn sides(measured: &Measured) -> Table {
 fn quality(measured: &Measured) -> Option<Table> {
     let mut table = Table::new("Quality", &NAMES);
     let all = measured.sides.each_ref().map(|side| &side.quality[..]);
-    let one =
-        |summary: Option<&Summary>| summary.map_or("-".into(), |s| format!("{} .. {} .. {}", short(s.min), short(s.median), short(s.max)));
+    let one = |summary: Option<&Summary>| {
+        summary.filter(|s| !s.min.is_nan()).map_or("-".into(), |s| format!("{} .. {} .. {}", short(s.min), short(s.median), short(s.max)))
+    };
     let worst = |summary: Option<&Summary>| {
         let cell = summary.and_then(|summary| summary.worst.first()).map(|worst| worst.cell);
         cell.map_or("-".into(), |cell| format!("cell {cell}"))
@@ -266,7 +267,7 @@ pub fn numbers(measured: &Measured, verdicts: &[Verdict]) -> Value {
         json!({
             "file": side.path.display().to_string(), "kind": if side.mesh.is_some() { "mesh" } else { "surface" },
             "points": side.points, "tets": side.mesh.as_ref().map(|mesh| mesh.tets().len()),
-            "cells": side.counts.iter().map(|(t, n)| (t.name().1.to_owned(), json!(n))).collect::<serde_json::Map<_, _>>(),
+            "cells": side.counts.iter().map(|(t, n)| (t.key(), json!(n))).collect::<serde_json::Map<_, _>>(),
             "bounds": [side.bounds.min.to_array(), side.bounds.max.to_array()], "diagonal": side.bounds.diagonal(),
             "volume": side.volume, "area": side.figures.area, "triangles": side.surface.triangles.len(),
             "open_edges": side.figures.open_edges, "crowded_edges": side.figures.crowded_edges, "components": side.components,

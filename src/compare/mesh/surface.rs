@@ -1,7 +1,7 @@
 //! [`Surface`]: what distances are measured between.
 
 use crate::geometry::{Aabb, FACES};
-use crate::mesh::{CellType, TetMesh, UnstructuredGrid, adjacency};
+use crate::mesh::{CellType, TetMesh, UnstructuredGrid, adjacency, triangulate_face};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -199,31 +199,24 @@ fn cut(cell_type: CellType, points: &[u32], at: &[DVec3], triangles: &mut Vec<[u
                 ),
             );
         }
-        (CellType::PIXEL, 4) => ring(&[points[0], points[1], points[3], points[2]], at, triangles),
+        (CellType::PIXEL, 4) => triangulate_face(at, &[points[0], points[1], points[3], points[2]], triangles),
         (CellType::QUADRATIC_TRIANGLE | CellType::BIQUADRATIC_TRIANGLE, 6..) => {
             let p = |i: usize| points[i];
             triangles.extend([[p(0), p(3), p(5)], [p(3), p(1), p(4)], [p(5), p(4), p(2)], [p(3), p(4), p(5)]]);
         }
         (CellType::QUADRATIC_QUAD | CellType::BIQUADRATIC_QUAD, 8..) => {
-            ring(&[0, 4, 1, 5, 2, 6, 3, 7].map(|i| points[i]), at, triangles);
+            triangulate_face(at, &[0, 4, 1, 5, 2, 6, 3, 7].map(|i| points[i]), triangles);
         }
-        (CellType::LAGRANGE_TRIANGLE, 3..) => triangles.push([points[0], points[1], points[2]]),
-        (CellType::LAGRANGE_QUADRILATERAL, 4..) => ring(&points[..4], at, triangles),
-        (_, 3..) => ring(points, at, triangles),
+        // A quadratic-linear quad has nodes 4 and 5 on its edges 01 and 23, a quadratic polygon those of its edges behind its corners.
+        (CellType(30), 6) => triangulate_face(at, &[0, 4, 1, 2, 5, 3].map(|i| points[i]), triangles),
+        (CellType(36), n) if n >= 6 && n % 2 == 0 => {
+            let around: Vec<u32> = (0..n).map(|i| points[i / 2 + i % 2 * (n / 2)]).collect();
+            triangulate_face(at, &around, triangles);
+        }
+        // Of higher orders the corners, which come first.
+        (CellType::LAGRANGE_TRIANGLE | CellType(61 | 76), 3..) => triangles.push([points[0], points[1], points[2]]),
+        (CellType::LAGRANGE_QUADRILATERAL | CellType(62 | 77), 4..) => triangulate_face(at, &points[..4], triangles),
+        (_, 3..) => triangulate_face(at, points, triangles),
         _ => {}
     }
-}
-
-/// Cuts a polygon into triangles: a fan from the first corner from which none is turned over, else from the first.
-fn ring(points: &[u32], at: &[DVec3], triangles: &mut Vec<[u32; 3]>) {
-    let n = points.len();
-    let fan = |from: usize| (1..n - 1).map(move |i| [points[from], points[(from + i) % n], points[(from + i + 1) % n]]);
-    let area = |&[a, b, c]: &[u32; 3]| {
-        let [a, b, c] = [a, b, c].map(|i| at[i as usize]);
-        (b - a).cross(c - a)
-    };
-    let normal: DVec3 = fan(0).map(|t| area(&t)).sum();
-    // Corners that are tried, so that a polygon of very many takes no quadratic time.
-    let sound = (0..n.min(32)).find(|&from| fan(from).all(|t| area(&t).dot(normal) >= 0.0));
-    triangles.extend(fan(sound.unwrap_or(0)));
 }

@@ -14,7 +14,7 @@ mod input;
 mod tests;
 
 use super::GridFile;
-use super::parse::{ParseError, Words, all_of, beside};
+use super::parse::{ParseError, Words, all_of, beside, content};
 use crate::mesh::{DataArray, UnstructuredGrid, Values};
 use crate::progress::Progress;
 use geometry::{Geometry, Part};
@@ -85,12 +85,19 @@ pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<Unstructu
         let mut input = Input::geometry(bytes)?;
         Ok((geometry::read(&mut input, progress)?, matches!(input, Input::Binary(_))))
     };
+    let geometry_bytes = bytes.len();
     let (mut geometry, _) = read(&bytes).map_err(|problem| other(&model, problem))?;
     let like = Input::geometry(&bytes)?;
     progress.add(1);
     let mut grid = UnstructuredGrid::default();
+    // Values that a file leaves out are NaN: a small case cannot claim memory for them again and again.
+    let mut room = (geometry_bytes as u64).saturating_mul(256) + (64 << 20);
     for variable in &case.variables {
         let bytes = case.content(file, &variable.named)?;
+        let tuples = if variable.is_of_nodes { geometry.points.len() } else { geometry.cells.len() };
+        room = (room + 256 * bytes.len() as u64).checked_sub(4 * (tuples * variable.components) as u64).ok_or_else(|| {
+            ParseError::invalid("VARIABLE", format!("the array \"{}\"", variable.name), "no more values than the files have room for")
+        })?;
         let array = values(&mut like.like(&bytes), variable, &geometry, progress).map_err(|problem| other(&variable.named, problem))?;
         if variable.is_of_nodes {
             grid.point_data.push(array)
@@ -113,6 +120,8 @@ pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<Unstructu
     let time = time
         .map(|set| format!("the last of {} times is shown{}", set.steps, set.values.last().map_or(String::new(), |t| format!(", {t}"))));
     grid.notes = time.into_iter().chain(std::mem::take(&mut case.notes)).chain(geometry.notes).collect();
+    grid.active_scalars =
+        case.variables.iter().find(|variable| variable.components == 1).or(case.variables.first()).map(|v| v.name.clone());
     (grid.points, grid.cells) = (geometry.points, geometry.cells);
     Ok(grid)
 }
@@ -211,7 +220,7 @@ impl Case {
     fn content(&self, file: &GridFile<'_>, named: &Named) -> Result<Vec<u8>, ParseError> {
         let name = self.file_name(named);
         let path = beside(file, &name)?;
-        std::fs::read(path).map_err(|error| ParseError::Other { file: name.into(), problem: Box::new(error.into()) })
+        content(&path).map_err(|problem| ParseError::Other { file: name.into(), problem: Box::new(problem) })
     }
 }
 

@@ -21,7 +21,7 @@ use netcdf::NetCdf;
 use std::collections::BTreeMap;
 
 /// Suffixes of its files.
-pub(super) const SUFFIXES: &[&str] = &["e", "exo", "ex2", "exii", "g", "gen"];
+pub(super) const SUFFIXES: &[&str] = &["e", "exo", "ex2", "exii", "gen"];
 
 /// Whether a file that starts so is classic NetCDF; those in HDF5 are told by [`hdf::read`](super::hdf::read).
 pub(super) fn recognizes(start: &[u8]) -> bool {

@@ -24,8 +24,13 @@ impl<'a> NetCdf<'a> {
     /// Reads the header.
     pub fn open(source: &Source<'_>, progress: &'a Progress) -> Result<Self, ParseError> {
         let limits = hdf::limits(source.len());
-        let options =
-            NcOpenOptions { max_chunk_bytes: limits.max_chunk_bytes, max_read_bytes: limits.max_read_bytes, ..Default::default() };
+        let options = NcOpenOptions {
+            chunk_cache_bytes: limits.chunk_cache_bytes,
+            max_chunk_bytes: limits.max_chunk_bytes,
+            max_read_bytes: limits.max_read_bytes,
+            max_object_header_bytes: limits.max_object_header_bytes,
+            ..Default::default()
+        };
         let file = NcFile::from_storage_with_options(hdf::storage(source)?, options).map_err(|e| error("the header", e))?;
         let is_classic = matches!(file.format(), NcFormat::Classic | NcFormat::Offset64 | NcFormat::Cdf5);
         let budget =

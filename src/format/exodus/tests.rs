@@ -93,18 +93,16 @@ fn what_is_not_sound_is_said_in_one_line() {
 /// Whatever the bytes are, reading ends; what it finds is not looked at.
 #[test]
 fn no_damage_breaks_the_reader() {
-    for len in (0..CDF1.len()).step_by(7) {
+    for len in (0..CDF1.len()).step_by(31) {
         let _ = read(&CDF1[..len]);
     }
     for i in 0..CDF1.len() {
-        for value in [0, 0x7f, 0xff, CDF1[i] ^ 1] {
-            let mut bytes = CDF1.to_vec();
-            bytes[i] = value;
-            let _ = read(&bytes);
-        }
+        let mut bytes = CDF1.to_vec();
+        bytes[i] = [0, 0x7f, 0xff, bytes[i] ^ 1][i % 4];
+        let _ = read(&bytes);
     }
     let sound = hdf5();
-    for i in (0..sound.len()).step_by(311) {
+    for i in (0..sound.len()).step_by(997) {
         let mut bytes = sound.clone();
         bytes[i] ^= 0x55;
         let _ = read(&bytes);

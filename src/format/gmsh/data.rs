@@ -5,12 +5,13 @@ use super::element_type::ElementType;
 use super::numbers::{Encoding, Numbers};
 use super::{Mesh, Section, pass_over, unquoted};
 use crate::mesh::{DataArray, thousands};
+use std::collections::HashMap;
 
 /// Bytes of memory that arrays may take for each byte of the file, since values that a section does not give are NaN.
 const BYTES_PER_BYTE: usize = 256;
 
 /// Where values belong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Kind {
     Nodes,
     Elements,
@@ -40,6 +41,9 @@ struct View {
 #[derive(Debug, Default)]
 pub(super) struct Views {
     all: Vec<View>,
+    places: HashMap<(Kind, String), usize>,
+    /// Numbers in memory.
+    taken: usize,
 }
 
 /// What stands before the values.
@@ -67,7 +71,7 @@ impl Mesh {
         if heading.has_scheme {
             self.notes.push(format!("array \"{}\" is interpolated by a scheme of its own, here as if it were not", heading.name));
         }
-        let known = self.views.all.iter().position(|view| view.kind == kind && view.name == heading.name);
+        let known = self.views.places.get(&(kind, heading.name.clone())).copied();
         let index = match known {
             Some(known) if self.views.all[known].is_continued_by(&heading) => known,
             Some(known) => {
@@ -81,11 +85,12 @@ impl Mesh {
             None => {
                 let things = if kind == Kind::Elements { self.cells.len() } else { self.points.len() };
                 let len = things.saturating_mul(heading.components);
-                let taken: usize = self.views.all.iter().map(|view| view.values.len()).sum();
-                if taken.saturating_add(len).saturating_mul(8) > BYTES_PER_BYTE.saturating_mul(self.has_room_for).saturating_add(1 << 20) {
+                self.views.taken = self.views.taken.saturating_add(len);
+                if self.views.taken.saturating_mul(8) > BYTES_PER_BYTE.saturating_mul(self.has_room_for).saturating_add(1 << 20) {
                     let found = format!("array \"{}\" of {} components", heading.name, heading.components);
                     return Err(ParseError::invalid(section.words.place(), found, "arrays with values for most of the mesh"));
                 }
+                self.views.places.insert((kind, heading.name.clone()), self.views.all.len());
                 self.views.all.push(View {
                     kind,
                     name: heading.name,
@@ -101,12 +106,13 @@ impl Mesh {
             }
         };
         let mut numbers = section.numbers();
+        let mut last = None;
         let numbers_each = if section.encoding == Encoding::Text { 1 + heading.components } else { 1 + 2 * heading.components };
         let rows = numbers.room(heading.rows, if kind == Kind::ElementNodes { 2 } else { numbers_each }, "rows of values")?;
         for _ in 0..rows {
             numbers.check()?;
             match kind {
-                Kind::ElementNodes => self.element_row(index, &mut numbers)?,
+                Kind::ElementNodes => self.element_row(index, &mut numbers, &mut last)?,
                 _ => self.row(index, &mut numbers)?,
             }
         }
@@ -129,15 +135,19 @@ impl Mesh {
         Ok(())
     }
 
-    /// An element, how many nodes it has, and the values of each.
-    fn element_row(&mut self, view: usize, numbers: &mut Numbers<'_>) -> Result<(), ParseError> {
+    /// An element, how many nodes it has, and the values of each. `last` is the type of the one before.
+    fn element_row(&mut self, view: usize, numbers: &mut Numbers<'_>, last: &mut Option<ElementType>) -> Result<(), ParseError> {
         let view = &mut self.views.all[view];
         let element = self.elements.find(numbers.tag(false, "the number of an element")?);
         let nodes = numbers.tag(false, "a count of nodes")?;
         let nodes = numbers.room(nodes, view.components, "nodes of an element")?;
         view.strays += u64::from(element.is_none());
         let element = element.map(|i| i as usize);
-        let order = element.and_then(|i| ElementType::of(i64::from(self.types[i]))).map(|t| t.order).unwrap_or_default();
+        let number = element.map(|i| self.types[i]);
+        if last.as_ref().map(|last| last.number) != number {
+            *last = number.and_then(|number| ElementType::of(i64::from(number)));
+        }
+        let order: &[u16] = last.as_ref().map_or(&[], |last| &last.order);
         let cell = element.map_or(&[][..], |i| self.cells.get(i).1);
         for node in 0..nodes {
             let place = order.iter().position(|&i| usize::from(i) == node);
@@ -181,7 +191,7 @@ impl Views {
                 for (values, &count) in view.values.chunks_exact_mut(view.components).zip(&view.counts) {
                     values.iter_mut().for_each(|value| *value /= f64::from(count));
                 }
-                if point_data.iter().any(|array| array.name == *name) {
+                if self.places.contains_key(&(Kind::Nodes, name.clone())) {
                     view.name += " (mean of elements)";
                 }
             }

@@ -18,7 +18,10 @@ mod lagrange;
 mod nodes;
 mod numbers;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
+mod write;
+
+pub use write::{WriteError, write_grid};
 
 use super::GridFile;
 use super::parse::{ParseError, Tags, Words, all_of, shown, whole_numbers};

@@ -34,7 +34,8 @@ impl Mesh {
         let mut numbers = section.numbers();
         let numbers_each = if section.encoding == Encoding::Text { 4 } else { 7 };
         let count = numbers.room(count, numbers_each, "nodes")?;
-        (self.points.reserve(count), tags.reserve(count));
+        self.points.reserve(count);
+        tags.reserve(count);
         for _ in 0..count {
             numbers.check()?;
             tags.push(numbers.tag(false, NODE)?);
@@ -60,7 +61,8 @@ impl Mesh {
             numbers.size("the smallest number of a node")?;
             numbers.size("the largest number of a node")?;
         }
-        (self.points.reserve(total), tags.reserve(total));
+        self.points.reserve(total);
+        tags.reserve(total);
         for _ in 0..numbers.room(blocks, 4, "blocks of nodes")? {
             let first = numbers.int("an entity")?;
             let second = numbers.int("an entity")?;

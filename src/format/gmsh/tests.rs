@@ -60,6 +60,9 @@ fn mesh(version: Version, encoding: Encoding) -> Vec<u8> {
     out.bytes
 }
 
+/// Elements of a dimension that are alike: their physical group, entity and type, then each one's number and nodes.
+type Block = (i32, [i32; 3], &'static [(i32, &'static [i32])]);
+
 /// Writes numbers as a version and an encoding have them.
 struct Out {
     bytes: Vec<u8>,
@@ -145,8 +148,7 @@ impl Out {
     }
 
     fn elements(&mut self, version: Version) {
-        let blocks: [(i32, [i32; 3], &[(i32, &[i32])]); 2] =
-            [(2, [2, 4, 2], &[(9, &[10, 3, 77])]), (3, [8, 1, 4], &[(12, &[10, 3, 77, 5]), (4, &[3, 77, 5, 6])])];
+        let blocks: [Block; 2] = [(2, [2, 4, 2], &[(9, &[10, 3, 77])]), (3, [8, 1, 4], &[(12, &[10, 3, 77, 5]), (4, &[3, 77, 5, 6])])];
         self.line("$Elements".into());
         match version {
             Version::Two => self.line("3".into()),
@@ -304,4 +306,9 @@ fn every_truncation_is_an_error_and_no_panic() {
             }
         }
     }
+}
+
+/// Sound files of all versions and encodings.
+pub(in crate::format) fn sound_files() -> Vec<Vec<u8>> {
+    VERSIONS.iter().flat_map(|&version| encodings().map(|encoding| mesh(version, encoding))).collect()
 }

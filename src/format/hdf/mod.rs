@@ -64,7 +64,9 @@ pub(super) fn storage(source: &Source<'_>) -> Result<DynStorage, ParseError> {
 pub(super) fn limits(len: u64) -> OpenOptions {
     let bytes = usize::try_from(len.saturating_mul(LARGEST_RATIO).saturating_add(1 << 20)).unwrap_or(usize::MAX);
     let header = OpenOptions::default().max_object_header_bytes.min(bytes);
-    OpenOptions::default().with_max_chunk_bytes(bytes).with_max_read_bytes(bytes).with_max_object_header_bytes(header)
+    // Nothing is read twice, so that nothing is kept.
+    let options = OpenOptions::default().with_chunk_cache_bytes(0);
+    options.with_max_chunk_bytes(bytes).with_max_read_bytes(bytes).with_max_object_header_bytes(header)
 }
 
 /// What the crate says, at a place.

@@ -137,7 +137,8 @@ impl Budget {
 
     /// Takes what a data set of a shape needs; `place` is which.
     pub fn take(&self, shape: &[u64], bytes_each: u64, place: &str) -> Result<(), ParseError> {
-        let wanted = shape.iter().try_fold(bytes_each, |product, &n| product.checked_mul(n));
+        // Numbers are held in eight bytes at most, whatever their size in the file.
+        let wanted = shape.iter().try_fold(bytes_each.max(8), |product, &n| product.checked_mul(n));
         let left = wanted.and_then(|wanted| self.0.get().checked_sub(wanted));
         let found = || format!("shape {shape:?} of {bytes_each} bytes each");
         self.0.set(left.ok_or_else(|| ParseError::invalid(place, found(), "no more data than the file has room for"))?);
@@ -177,7 +178,7 @@ mod tests {
     #[test]
     fn a_budget_ends() {
         let budget = Budget::new(100);
-        assert!(budget.take(&[5, 2], 8, "x").is_ok() && budget.take(&[5, 1], 4, "x").is_ok() && budget.take(&[1], 1, "x").is_err());
+        assert!(budget.take(&[5, 2], 8, "x").is_ok() && budget.take(&[2, 1], 4, "x").is_ok() && budget.take(&[1], 1, "x").is_err());
         assert!(Budget::new(u64::MAX).take(&[u64::MAX, 2], 8, "x").is_err());
     }
 }

@@ -113,12 +113,12 @@ fn what_is_not_sound_is_said_in_one_line() {
 #[test]
 fn no_damage_breaks_the_reader() {
     let sound = unpacked(STEPS);
-    for i in (0..sound.len()).step_by(9) {
+    for i in (0..sound.len()).step_by(23) {
         let mut bytes = sound.clone();
         bytes[i] = [0, 0xff, bytes[i] ^ 1, bytes[i] ^ 0x80][i % 4];
         let _ = read(&bytes);
     }
-    for len in (0..sound.len()).step_by(101) {
+    for len in (0..sound.len()).step_by(499) {
         let _ = read(&sound[..len]);
     }
 }

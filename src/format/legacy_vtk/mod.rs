@@ -13,7 +13,7 @@ use super::source::Source;
 use super::voxel_data::{DataFile, Encoding, Stored, VolumeError, dims, grid};
 use super::vtu::number::{ByteOrder, ScalarType};
 use super::{Found, GridFile};
-use crate::mesh::{DataArray, MeshParts, StructuredBlock, Values, split_into_tets};
+use crate::mesh::{CellType, Cells, DataArray, MeshParts, StructuredBlock, TooManyCellPoints, UnstructuredGrid, Values, split_into_tets};
 use crate::progress::Progress;
 use crate::volume::{Grid, GridFrame, Samples, Voxel};
 use glam::DVec3;
@@ -117,7 +117,7 @@ pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<Found, Vo
     match head.dataset {
         Dataset::StructuredPoints => volume(file, &head, &arrays, is_binary, progress).map(Found::Grid),
         Dataset::UnstructuredGrid | Dataset::PolyData => cells::read(file, head, &arrays, is_binary, progress).map(Found::Cells),
-        _ => mesh(file, &head, &arrays, is_binary, progress).map(Found::Mesh),
+        _ => mesh(file, &head, &arrays, is_binary, progress),
     }
 }
 
@@ -167,12 +167,14 @@ impl Array {
     }
 }
 
-/// The tets of a structured or rectilinear grid, with all arrays.
-fn mesh(file: &GridFile<'_>, head: &Head, arrays: &[Array], is_binary: bool, progress: &Progress) -> Result<MeshParts, VolumeError> {
+/// The tets of a structured or rectilinear grid, with all arrays; of a flat one its faces.
+fn mesh(file: &GridFile<'_>, head: &Head, arrays: &[Array], is_binary: bool, progress: &Progress) -> Result<Found, VolumeError> {
     let dims = head.dims.ok_or_else(|| VolumeError::missing("DIMENSIONS", "3 integers from 2"))?;
     let said = in_words(dims);
-    let (points, cells) = (product(dims), product(dims.map(|n| n.saturating_sub(1))));
-    if dims.iter().any(|&n| n < 2) || points >= u128::from(u32::MAX) {
+    // A grid of one layer has faces for cells.
+    let is_flat = dims.iter().filter(|&&n| n == 1).count() == 1;
+    let (points, cells) = (product(dims), product(dims.map(|n| if is_flat && n == 1 { 1 } else { n.saturating_sub(1) })));
+    if dims.iter().any(|&n| n < 2 && !(is_flat && n == 1)) || points >= u128::from(u32::MAX) {
         return Err(VolumeError::key("DIMENSIONS", &said, format!("2 points or more along each axis, fewer than {} in all", u32::MAX)));
     }
     let numbers = |array: &Array| array.numbers(file, is_binary, &said, progress);
@@ -195,8 +197,42 @@ fn mesh(file: &GridFile<'_>, head: &Head, arrays: &[Array], is_binary: bool, pro
         _ => return Err(VolumeError::missing("POINTS", "the coordinates of all points")),
     };
     let (point_data, cell_data) = data(file, arrays, [points, cells], is_binary, &said, progress)?;
+    if is_flat {
+        let cells = faces(dims.map(|n| n as u32)).map_err(|e| VolumeError::key("DIMENSIONS", &said, e.to_string()))?;
+        return Ok(Found::Cells(UnstructuredGrid {
+            points: places,
+            cells,
+            point_data,
+            cell_data,
+            notes: head.notes.clone(),
+            ..UnstructuredGrid::default()
+        }));
+    }
     let block = StructuredBlock::new(dims.map(|n| n as usize));
-    split_into_tets(&[block], places, point_data, cell_data, None).map_err(|e| VolumeError::key("DIMENSIONS", &said, e.to_string()))
+    let with_notes = |mut parts: MeshParts| {
+        parts.notes.extend(head.notes.iter().cloned());
+        Found::Mesh(parts)
+    };
+    split_into_tets(&[block], places, point_data, cell_data, None)
+        .map(with_notes)
+        .map_err(|e| VolumeError::key("DIMENSIONS", &said, e.to_string()))
+}
+
+/// The quads of a grid that is one point thick along one axis.
+fn faces([nx, ny, nz]: [u32; 3]) -> Result<Cells, TooManyCellPoints> {
+    let (first, second) = match (nx, ny, nz) {
+        (1, ny, nz) => (ny, nz),
+        (nx, 1, nz) => (nx, nz),
+        (nx, ny, _) => (nx, ny),
+    };
+    let mut cells = Cells::default();
+    for j in 0..second - 1 {
+        for i in 0..first - 1 {
+            let corner = i + first * j;
+            cells.push(CellType::QUAD, &[corner, corner + 1, corner + 1 + first, corner + first])?;
+        }
+    }
+    Ok(cells)
 }
 
 /// All arrays over points and over cells, of which there are `counts`.

@@ -106,6 +106,7 @@ impl Walker<'_> {
                 ("FIELD", tuples) => self.field(&words, tuples.is_some(), is_of_cells)?,
                 (_, Some(tuples)) => {
                     if !self.attribute(&keyword, &words, tuples, is_of_cells)? {
+                        self.head.notes.push(format!("\"{line}\" is not known: it and what stands behind it were left out"));
                         break;
                     }
                 }
@@ -123,8 +124,8 @@ impl Walker<'_> {
         let bad = || VolumeError::key(&keyword, &words.join(" "), "two counts");
         let count = |i: usize| words.get(i).and_then(|n| n.parse::<u64>().ok()).ok_or_else(bad);
         let (first, second) = (count(1)?, count(2)?);
-        let at = self.lines.at;
-        let line = self.lines.next()?.unwrap_or_default();
+        let start = self.lines.source.read(self.lines.at, (self.lines.source.len() - self.lines.at).min(7) as usize)?;
+        let has_offsets = start.eq_ignore_ascii_case(b"OFFSETS");
         let typed = |walker: &mut Self, line: &str, name: &str, count: u64| {
             let words: Vec<&str> = line.split_ascii_whitespace().collect();
             match words[..] {
@@ -132,7 +133,8 @@ impl Walker<'_> {
                 _ => Err(VolumeError::key(&keyword, line, format!("{name} and a type"))),
             }
         };
-        let list = if line.to_uppercase().starts_with("OFFSETS") {
+        let list = if has_offsets {
+            let line = self.lines.next()?.unwrap_or_default();
             typed(self, &line, "OFFSETS", first)?;
             let line = loop {
                 match self.lines.next()? {
@@ -143,7 +145,6 @@ impl Walker<'_> {
             typed(self, &line, "CONNECTIVITY", second)?;
             self.arrays.pop().zip(self.arrays.pop()).map(|(points, offsets)| List::Offsets(offsets, points))
         } else {
-            self.lines.at = at;
             self.array(&keyword, "int", 1, second, false)?;
             self.arrays.pop().map(|array| List::Counted(first, array))
         };
@@ -161,6 +162,7 @@ impl Walker<'_> {
             "VECTORS" | "NORMALS" => (word(2), Some(3)),
             "TENSORS" => (word(2), Some(9)),
             "TENSORS6" => (word(2), Some(6)),
+            "GLOBAL_IDS" | "PEDIGREE_IDS" | "EDGE_FLAGS" => (word(2), Some(1)),
             "TEXTURE_COORDINATES" => (word(3), count(2)),
             "COLOR_SCALARS" => (if self.is_binary { "unsigned_char" } else { "float" }, count(2)),
             "LOOKUP_TABLE" => {

@@ -9,10 +9,10 @@
 mod numbers;
 mod solution;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use super::GridFile;
-use super::parse::{ParseError, all_of, shown, whole_numbers};
+use super::parse::{ParseError, all_of, content, shown, whole_numbers};
 use super::source::Source;
 use crate::mesh::{CellType, Cells, UnstructuredGrid, thousands};
 use crate::progress::Progress;
@@ -20,7 +20,7 @@ use glam::DVec3;
 use numbers::Numbers;
 use solution::Solution;
 use std::collections::BTreeMap;
-use std::fs;
+use std::iter;
 use std::ops::Range;
 
 /// A section of cells.
@@ -234,7 +234,7 @@ impl Mesh {
                 continue;
             }
             let named = |problem| ParseError::Other { file: path.file_name().unwrap_or_default().into(), problem: Box::new(problem) };
-            let bytes = fs::read(&path).map_err(|cause| named(cause.into()))?;
+            let bytes = content(&path).map_err(named)?;
             progress.begin("reading", bytes.len() as u64);
             let mut other = Mesh::default();
             other.read(&bytes, progress).map_err(named)?;
@@ -251,7 +251,7 @@ impl Mesh {
         let mut named = 0;
         for solution in std::mem::take(&mut self.solutions) {
             let ranges = match solution.shape {
-                None => vec![0..points.len()],
+                None => iter::once(0..points.len()).collect(),
                 Some(shape) => self.ranges.remove(&shape).unwrap_or_default(),
             };
             let arrays = if solution.shape.is_none() { &mut point_data } else { &mut cell_data };

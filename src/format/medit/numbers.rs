@@ -34,11 +34,13 @@ enum Kind<'a> {
 /// Bytes between two looks at the progress.
 const PROGRESS_BYTES: usize = 1 << 18;
 
-/// The byte order of a binary file; `None` if it is none.
+/// The byte order of a binary file, which begins with 1, its version, and the keyword and value of the dimension; `None` if it is none.
 pub(super) fn binary_order(start: &[u8]) -> Option<ByteOrder> {
     [ByteOrder::Little, ByteOrder::Big].into_iter().find(|&order| {
         let head = Binary::new(start, 0, order).numbers::<i32>(3, "the head");
-        matches!(head.as_deref(), Ok(&[1, 1..=4, 3]))
+        let Ok(&[1, version @ 1..=4, 3]) = head.as_deref() else { return false };
+        let dimension = Binary::new(start, if version < 3 { 16 } else { 20 }, order).number::<i32>("a dimension");
+        matches!(dimension, Ok(2 | 3))
     })
 }
 

@@ -2,6 +2,7 @@ use super::super::parse::parsed;
 use super::*;
 use crate::format::{Contents, FormatError, ReadOptions, read_contents};
 use crate::mesh::Values;
+use std::fs;
 
 const TEXT: &str = "MeshVersionFormatted 2\n# a comment\nDimension\n3\nVertices\n5\n0 0 0 1\n1 0 0 2\n0 1 0 3\n0 0 0.1 4\n1 1 1 5\n\
     Triangles 1\n1 2 3 9\nCorners\n2\n1\n2\nTetrahedra\n2\n1 2 3 4 7\n2 3 4 5 8\nRidges 0\nEnd\n";
@@ -57,6 +58,9 @@ fn text_and_all_binary_versions_are_read_alike() {
             files.push((format!("version {version}, big {is_big}"), binary(version, is_big)));
         }
     }
+    // A PLOT3D grid of one block of 2 x 3 x 9 points begins alike.
+    let plot3d: Vec<u8> = [1, 2, 3, 9].into_iter().flat_map(i32::to_le_bytes).chain([0; 64]).collect();
+    assert!(!recognizes(&plot3d));
     for (name, bytes) in files {
         assert!(recognizes(&bytes), "{name}");
         let grid = parsed(read, &bytes).unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -157,4 +161,12 @@ fn what_is_wrong_is_said_with_its_place() {
             let _ = parsed(read, &whole[..len]);
         }
     }
+}
+
+/// Sound files as text and of all binary versions.
+pub(in crate::format) fn sound_files() -> Vec<Vec<u8>> {
+    let solution = "MeshVersionFormatted 2 Dimension 3 Vertices 2 0 0 0 1 1 1 1 2 Edges 1 1 2 3 SolAtVertices 2 2 1 2 1 2 3 4 5 6 7 8\n\
+        SolAtEdges 1 1 3 1 2 3 4 5 6 End\n";
+    let binary = (1..=4).flat_map(|version| [binary(version, false), binary(version, true)]);
+    binary.chain([TEXT.as_bytes().to_vec(), solution.as_bytes().to_vec()]).collect()
 }

@@ -9,7 +9,7 @@
 //!   `pointProcAddressing`, points that processors share become one.
 //! * Cells are VTK's tets, pyramids, wedges and hexahedra where their faces make one, else polyhedra. `vol` fields become cell arrays,
 //!   `point` fields point arrays; symmetric tensors get VTK's order. Of cell zones the array `cellZone` has the number of a cell's zone,
-//!   from 0. Values of patches and fields on faces (`phi`) are left out, as are fields of several regions.
+//!   from 0, unless one zone has all cells. Values of patches and fields on faces (`phi`) are left out, as are fields of several regions.
 
 mod case;
 mod cells;
@@ -36,6 +36,9 @@ pub const SUFFIXES: &[&str] = &["foam", "openfoam"];
 
 /// Bytes that show what a file holds.
 const HEADER: u64 = 4096;
+
+/// The array of the zones of cells.
+const ZONES: &str = "cellZone";
 
 /// Whether a path is a folder that is read as a case: the case's or a time's.
 pub fn is_folder(path: &Path) -> bool {
@@ -90,6 +93,9 @@ pub(super) fn read(file: &GridFile<'_>, progress: &Progress) -> Result<Unstructu
         progress.add(1);
     }
     let mut grid = if read.len() == 1 { read.swap_remove(0).grid } else { pieces::joined(read, &mut reader.notes)? };
+    let fields = || grid.cell_data.iter().chain(&grid.point_data).filter(|array| array.name != ZONES);
+    let shown = fields().find(|array| array.components == 1).or_else(|| fields().next());
+    grid.active_scalars = shown.map(|array| array.name.clone());
     grid.notes = reader.notes;
     Ok(grid)
 }
@@ -162,11 +168,12 @@ impl Reader<'_> {
             let path = mesh.join("pointProcAddressing");
             piece.addresses = Some(self.with(&path, u64::MAX, |tokens| tokens.labels(most, "points of the whole", progress))?);
         }
-        if let Some(zones) = self.zones(&mesh, piece.grid.cells.len())? {
-            piece.grid.cell_data.push(zones);
-        }
         if let (true, Some(time)) = (has_time, times.last()) {
             self.fields(&folder.join(&time.name), &mut piece.grid)?;
+        }
+        // Behind the fields, so that it is not what is shown first.
+        if let Some(zones) = self.zones(&mesh, piece.grid.cells.len())? {
+            piece.grid.cell_data.push(zones);
         }
         Ok(piece)
     }

@@ -1,8 +1,8 @@
 //! Parts of a mesh, and how they are put together; cell zones.
 
 use super::super::parse::ParseError;
-use super::{Reader, case};
-use crate::mesh::{CellType, Cells, DataArray, UnstructuredGrid, Values};
+use super::{Reader, ZONES, case};
+use crate::mesh::{CellType, DataArray, UnstructuredGrid, Values};
 use glam::DVec3;
 use std::path::Path;
 
@@ -160,12 +160,16 @@ impl Reader<'_> {
             }
             Ok((values, names))
         })?;
-        if names.is_empty() {
+        if values.iter().all(|value| value.is_nan()) {
+            return Ok(None);
+        }
+        if names.len() == 1 && values.iter().all(|value| !value.is_nan()) {
+            self.note(format!("all cells are in the zone {}", names[0]));
             return Ok(None);
         }
         let listed: Vec<String> = names.iter().take(10).enumerate().map(|(i, name)| format!("{i} {name}")).collect();
         let more = if names.len() > 10 { format!(" and {} more", names.len() - 10) } else { String::new() };
-        self.note(format!("zones in the array cellZone: {}{more}", listed.join(", ")));
-        Ok(Some(DataArray { name: "cellZone".into(), components: 1, values: Values::F32(values) }))
+        self.note(format!("zones in the array {ZONES}: {}{more}", listed.join(", ")));
+        Ok(Some(DataArray { name: ZONES.into(), components: 1, values: Values::F32(values) }))
     }
 }

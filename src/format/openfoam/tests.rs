@@ -329,6 +329,11 @@ fn zones_are_an_array() {
     let zones = values(&grid, "cellZone");
     assert!(zones[..2] == [1.0, 0.0] && zones[2].is_nan() && zones[4] == 0.0, "{zones:?}");
     assert!(grid.notes.contains(&"zones in the array cellZone: 0 rotor, 1 hole".to_owned()), "{:?}", grid.notes);
+    assert_eq!((grid.active_scalars.as_deref(), grid.cell_data.last().map(|array| array.name.as_str())), (Some("p"), Some("cellZone")));
+    let all = Writer::new(Style::Text, "regIOobject").text("1(flow { type cellZone; cellLabels List<label> 5(0 1 2 3 4); })").bytes.clone();
+    put(root.path().join("constant/polyMesh/cellZones"), &all);
+    let grid = sound(root.path());
+    assert!(grid.notes.contains(&"all cells are in the zone flow".to_owned()) && grid.cell_data.len() == 4, "{:?}", grid.notes);
 }
 
 #[test]
@@ -359,9 +364,9 @@ fn damaged_files_are_refused_or_read() {
         {
             let path = root.path().join(&name);
             let sound = std::fs::read(&path).expect("there");
-            for i in 0..sound.len() {
+            for i in (0..sound.len()).step_by(3) {
                 let mut changed = sound.clone();
-                changed[i] = [b'9', b'(', 0xff, b'{'][i % 4];
+                changed[i] = [b'9', b'(', 0xff, b'{'][i / 3 % 4];
                 for bytes in [&sound[..i], &changed] {
                     std::fs::write(&path, bytes).expect("written");
                     if let Ok(grid) = opened(root.path()) {

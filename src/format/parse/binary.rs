@@ -79,7 +79,7 @@ impl<'a> Binary<'a> {
 
     /// The next numbers.
     pub fn numbers<T: Plain>(&mut self, count: usize, what: &str) -> Result<Vec<T>, ParseError> {
-        let len = count.checked_mul(T::SIZE).unwrap_or(usize::MAX);
+        let len = count.saturating_mul(T::SIZE);
         let order = self.order;
         Ok(self.take(len, what)?.chunks_exact(T::SIZE).map(|bytes| T::from_bytes(bytes, order)).collect())
     }

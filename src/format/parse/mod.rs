@@ -92,6 +92,14 @@ pub(super) fn beside(file: &GridFile<'_>, name: &str) -> Result<PathBuf, ParseEr
     Ok(file.path.parent().unwrap_or(Path::new("")).join(relative))
 }
 
+/// All bytes of another file, which must be a regular one: a pipe would not end.
+pub(super) fn content(path: &Path) -> Result<Vec<u8>, ParseError> {
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(ParseError::Unsupported("not a regular file".into()));
+    }
+    Ok(std::fs::read(path)?)
+}
+
 /// What stands in a file, short enough for a message.
 pub(super) fn shown(bytes: &[u8]) -> String {
     let text: String = String::from_utf8_lossy(bytes).trim().chars().take(40).collect();

@@ -1,7 +1,7 @@
 //! Wavefront OBJ (Wavefront, "Advanced Visualizer Manual", appendix B1; <https://paulbourke.net/dataformats/obj/>).
 //!
-//! Read are vertices (`v`), faces (`f`), lines (`l`) and points (`p`), numbered from 1 or, negative, back from the last vertex; a number or
-//! a backslash at the end of a line goes on in the next. Texture coordinates, normals, colours, materials and free-form curves and surfaces
+//! Read are vertices (`v`), faces (`f`), lines (`l`) and points (`p`), numbered from 1 or, negative, back from the last vertex; a backslash
+//! at the end of a line goes on in the next. Texture coordinates, normals, colours, materials and free-form curves and surfaces
 //! are left out with a note; groups and objects (`g`, `o`) become a cell array `group` if there are several.
 
 use super::push_face;

@@ -212,7 +212,7 @@ fn what_is_written_as_ply_reads_back() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("a.ply");
     let points = [DVec3::new(0.1, 0.0, 0.0), DVec3::X, DVec3::Y, DVec3::Z * 1e6];
-    crate::format::write_ply(&path, &points, &[[0, 1, 2], [3, 2, 1]], "distance", &[0.1, 0.2, 0.3, f64::NAN]).expect("written");
+    write_ply(&path, &points, &[[0, 1, 2], [3, 2, 1]], "distance", &[0.1, 0.2, 0.3, f64::NAN]).expect("written");
     let grid = good(ply::read, &std::fs::read(&path).expect("a file"));
     assert_eq!((&grid.points[..], grid.cells.get(1).1), (&points[..], &[3, 2, 1][..]));
     assert_eq!((grid.point_data[0].name.as_str(), grid.point_data[0].values.get(2)), ("distance", 0.3));

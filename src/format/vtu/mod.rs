@@ -222,10 +222,7 @@ impl Reader<'_> {
             self.append_tets(index, &mut parts, kept.as_deref())?;
             self.append_points(index, &mut parts.points)?;
             for (of, arrays, kept) in [(Of::Points, &mut parts.point_data, None), (Of::Cells, &mut parts.cell_data, kept.as_deref())] {
-                if of.count(piece) > 0 {
-                    let by_name = of.section(piece).by_name();
-                    arrays.iter_mut().try_for_each(|array| self.append_data(index, of, by_name[array.name.as_str()], array, kept))?;
-                }
+                self.append_arrays(index, of, arrays, kept, &mut parts.notes)?;
             }
         }
         if parts.tets.len() as u64 == u64::from(first_cell) {
@@ -332,6 +329,38 @@ impl Reader<'_> {
             None | Some(3) => self.arrays.append(array, piece.points, points).map_err(failed),
             Some(found) => Err(failed(ArrayError::Components { found, expected: 3 })),
         }
+    }
+
+    /// Appends a piece's share of all arrays over points or cells. One that is stored longer than it should be, as some writers leave them, is
+    /// left out, and noted.
+    fn append_arrays(
+        &self,
+        index: usize,
+        of: Of,
+        arrays: &mut Vec<DataArray>,
+        kept: Option<&[bool]>,
+        notes: &mut Vec<String>,
+    ) -> Result<(), VtuError> {
+        let piece = &self.head.pieces[index];
+        if of.count(piece) == 0 {
+            return Ok(());
+        }
+        let by_name = of.section(piece).by_name();
+        let mut failed = None;
+        arrays.retain_mut(|array| match self.append_data(index, of, by_name[array.name.as_str()], array, kept) {
+            Ok(()) => true,
+            Err(VtuError::Array { array, reason: ArrayError::Length { found, expected } })
+                if found > expected && found <= self.arrays.source.len() =>
+            {
+                notes.push(format!("{array} has {found} bytes, expected {expected}, and was left out"));
+                false
+            }
+            Err(error) => {
+                failed.get_or_insert(error);
+                true
+            }
+        });
+        failed.map_or(Ok(()), Err)
     }
 
     /// Appends a piece's share of a point or cell array.

@@ -52,7 +52,7 @@ fn head(grid: &UnstructuredGrid, arrays: &[Stored<'_>], blocks: &[Vec<u8>], comp
     for section in ["PointData", "CellData", "Points", "Cells"] {
         let is_active = |array: &&Stored<'_>| array.section == section && Some(array.name) == grid.active_scalars.as_deref();
         let active = arrays.iter().find(is_active).filter(|_| section.ends_with("Data"));
-        let scalars = active.map(|array| format!(" Scalars=\"{}\"", escape(array.name))).unwrap_or_default();
+        let scalars = active.map(|array| format!(" Scalars=\"{}\"", escape(printable(array.name).as_str()))).unwrap_or_default();
         let _ = writeln!(xml, "      <{section}{scalars}>");
         let mut offset = 0;
         for (array, block) in arrays.iter().zip(blocks) {
@@ -61,7 +61,7 @@ fn head(grid: &UnstructuredGrid, arrays: &[Stored<'_>], blocks: &[Vec<u8>], comp
                     xml,
                     "        <DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{offset}\"/>",
                     array.vtk_type,
-                    escape(array.name),
+                    escape(printable(array.name).as_str()),
                     array.components
                 );
             }
@@ -70,6 +70,11 @@ fn head(grid: &UnstructuredGrid, arrays: &[Stored<'_>], blocks: &[Vec<u8>], comp
         let _ = writeln!(xml, "      </{section}>");
     }
     xml + "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n   _"
+}
+
+/// A name as XML can have it.
+fn printable(name: &str) -> String {
+    name.chars().map(|c| if c.is_control() { '_' } else { c }).collect()
 }
 
 fn arrays(grid: &UnstructuredGrid) -> Vec<Stored<'_>> {

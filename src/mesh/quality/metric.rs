@@ -213,12 +213,19 @@ impl Metric {
         }
     }
 
-    /// Whether it grows without bound as the volume goes to 0.
-    pub(super) fn divides_by_volume(self) -> bool {
-        matches!(
-            self,
-            Metric::AspectRatio | Metric::RadiusRatio | Metric::AspectGamma | Metric::AspectFrobenius | Metric::Condition | Metric::Amips
-        )
+    /// The limit as the volume goes to 0, where rounding would decide what is computed.
+    pub(super) fn of_flat(self) -> Option<f64> {
+        match self {
+            Metric::AspectRatio
+            | Metric::RadiusRatio
+            | Metric::AspectGamma
+            | Metric::AspectFrobenius
+            | Metric::Condition
+            | Metric::Amips => Some(INF),
+            Metric::EquivolumeSkew => Some(1.0),
+            Metric::NormalizedInradius => Some(0.0),
+            _ => None,
+        }
     }
 }
 

@@ -13,7 +13,7 @@ use super::{Association, FieldError, ScalarField, TetMesh};
 use crate::progress::Progress;
 pub use metric::{Acceptable, Metric, UnknownMetric, Worse};
 pub use summary::{Bin, Summary, WorstCell};
-pub use values::{Rule, of_tet, values};
+pub use values::{Rule, of_tet, values, values_into};
 pub use with_values::WithValues;
 
 /// What the names of fields that are metrics begin with: `quality:shape` is one for each mesh.

@@ -3,6 +3,7 @@
 use super::*;
 use crate::mesh::{DataArray, FieldSelection, MeshParts, Values};
 use glam::{DQuat, DVec3};
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 const REGULAR: [DVec3; 4] =
     [DVec3::ZERO, DVec3::X, DVec3::new(0.5, 0.866_025_403_784_438_6, 0.0), DVec3::new(0.5, 0.288_675_134_594_812_9, 0.816_496_580_927_726)];
@@ -25,15 +26,15 @@ fn all(mesh: &TetMesh, metric: Metric, rule: Rule) -> Vec<f64> {
 /// The regular tet, the corner of a cube, and a third, whose values were also taken from VTK 9.7.
 #[rustfmt::skip]
 const KNOWN: [(Metric, [f64; 3]); 22] = [
-    (Metric::EdgeRatio, [1.0, 1.41421356, 1.88888889]),
+    (Metric::EdgeRatio, [1.0, SQRT_2, 1.88888889]),
     (Metric::AspectRatio, [1.0, 1.3660254, 1.44524609]),
     (Metric::RadiusRatio, [1.0, 1.3660254, 1.19857098]),
     (Metric::AspectGamma, [1.0, 1.29903811, 1.23268338]),
     (Metric::AspectFrobenius, [1.0, 1.19055079, 1.14965543]),
     (Metric::Condition, [1.0, 1.22474487, 1.14758643]),
     (Metric::CollapseRatio, [0.81649658, 0.40824829, 0.45753968]),
-    (Metric::Jacobian, [0.70710678, 1.0, 3.74]),
-    (Metric::ScaledJacobian, [1.0, 0.70710678, 0.57814716]),
+    (Metric::Jacobian, [FRAC_1_SQRT_2, 1.0, 3.74]),
+    (Metric::ScaledJacobian, [1.0, FRAC_1_SQRT_2, 0.57814716]),
     (Metric::Shape, [1.0, 0.83994737, 0.86982584]),
     (Metric::MeanRatio, [1.0, 0.76980036, 0.81123833]),
     (Metric::MinAngle, [70.5287794, 54.7356103, 54.7356103]),
@@ -93,11 +94,11 @@ fn inverted_tets_are_judged_as_the_file_has_them() {
         let expected = match metric {
             Metric::Shape => [0.0, 0.0],
             Metric::Amips => [f64::INFINITY; 2],
-            Metric::SquishIndex => [2.0, f64::NAN],
-            // The least of negative heights is the one furthest below 0.
-            Metric::CollapseRatio => [-0.70710678, f64::NAN],
-            // As is the smallest inradius of the parts.
-            Metric::NormalizedInradius => [f64::NAN; 2],
+            // Normals point inwards.
+            Metric::SquishIndex => [2.0, 1.96505662],
+            // The least of negative heights, and of radii, is the one furthest below 0.
+            Metric::CollapseRatio => [-FRAC_1_SQRT_2, -1.06495559],
+            Metric::NormalizedInradius => [-0.75802069, -0.90922833],
             Metric::Condition | Metric::Jacobian | Metric::ScaledJacobian | Metric::MeanRatio | Metric::Inradius | Metric::Volume => {
                 [-corner, -odd]
             }
@@ -125,6 +126,9 @@ fn sizes_are_against_the_mean_of_the_mesh() {
     assert!((size[0] - small).abs() < 1e-15 && (size[1] - large).abs() < 1e-15 && size[2] == 0.0, "{size:?}");
     let both = all(&mesh, Metric::ShapeAndSize, Rule::Definition);
     assert!((both[1] - large * 0.83994737).abs() < 1e-8 && both[2] == 0.0);
+    // Against a mean that is not above 0 there are none.
+    let mesh = self::mesh(&[CORNER, mirrored(ODD)]);
+    assert!(all(&mesh, Metric::RelativeSizeSquared, Rule::Definition).iter().all(|size| size.is_infinite()));
 }
 
 #[test]
@@ -162,9 +166,9 @@ fn flat_tets_are_counted_apart_and_come_first_among_the_worst() {
         assert!(values[0].is_finite() && values[2].is_finite(), "{metric}");
         let infinite = match metric {
             Metric::Distortion | Metric::Volume | Metric::Jacobian | Metric::RelativeSizeSquared => 0,
-            _ if metric.divides_by_volume() => 2,
-            // Flat or a point, a tet has no solid angle; a point has no other angles and ratios.
-            Metric::Shape | Metric::ShapeAndSize | Metric::SolidAngle => 0,
+            _ if metric.of_flat() == Some(f64::INFINITY) => 2,
+            // A point has no ratios and angles.
+            Metric::Shape | Metric::ShapeAndSize | Metric::EquivolumeSkew | Metric::NormalizedInradius => 0,
             _ => 1,
         };
         assert_eq!(summary.infinite, infinite, "{metric}: {values:?}");
@@ -239,4 +243,20 @@ fn a_mesh_with_its_values_is_written_as_the_file_had_it() {
     let array = &again.cell_data()[0];
     assert_eq!((array.name.as_str(), array.values.get(1)), ("quality:volume", all(&again, Metric::Volume, Rule::Definition)[1]));
     assert!(array.values.get(1) < 0.0);
+}
+
+#[test]
+fn the_functions_of_our_own_are_as_good_as_the_standard_ones() {
+    for i in 0..=100_000 {
+        let x = f64::from(i) * std::f64::consts::PI / 100_000.0;
+        let found = formulas::angle(3.0 * x.sin(), 3.0 * x.cos());
+        assert!((found - x).abs() <= 1e-15 * x.max(0.4), "{x}: {found}");
+        let y = 10f64.powf(f64::from(i) / 250.0 - 200.0);
+        assert!((formulas::cube_root(y) - y.cbrt()).abs() <= 1e-15 * y.cbrt(), "{y}");
+    }
+    assert!(formulas::angle(0.0, 0.0).is_nan() && formulas::angle(f64::NAN, 1.0).is_nan());
+    assert_eq!(
+        (formulas::cube_root(0.0), formulas::angle(0.0, -2.0), formulas::angle(1.0, 0.0)),
+        (0.0, std::f64::consts::PI, std::f64::consts::FRAC_PI_2)
+    );
 }

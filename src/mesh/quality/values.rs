@@ -1,6 +1,6 @@
 //! The values of a metric over a mesh.
 
-use super::formulas::{Tet, Vector};
+use super::formulas::{Extremes, Tet, Vector, angle, larger};
 use super::metric::{Metric, REGULAR_DEGREES};
 use crate::mesh::TetMesh;
 use crate::progress::{Cancelled, Progress};
@@ -25,18 +25,25 @@ const CHUNK: usize = 1 << 14;
 
 /// A metric of each tet, in the orientation that the file gives it. Lengths are in units of the mesh, angles in degrees, the solid angle in
 /// steradians. Where the definition divides by 0 the value is infinite or NaN; a tet that counts as without volume
-/// ([`TetMesh::is_zero_volume`]) is given an infinite value of those that divide by the volume.
+/// ([`TetMesh::is_zero_volume`]) is given the limit of metrics that divide by the volume: infinite, but for two.
 pub fn values(mesh: &TetMesh, metric: Metric, rule: Rule, progress: &Progress) -> Result<Vec<f64>, Cancelled> {
+    let mut values = Vec::new();
+    values_into(&mut values, mesh, metric, rule, progress)?;
+    Ok(values)
+}
+
+/// The same into a vector that was used before: memory that is new costs more than most metrics.
+pub fn values_into(values: &mut Vec<f64>, mesh: &TetMesh, metric: Metric, rule: Rule, progress: &Progress) -> Result<(), Cancelled> {
     let task = Task { mesh, scale: scale(mesh), metric, rule, mean_jacobian: 0.0 };
-    let mut values = vec![0.0; mesh.tets().len()];
+    values.resize(mesh.tets().len(), 0.0);
     let mut mean_jacobian = 0.0;
     if matches!(metric, Metric::RelativeSizeSquared | Metric::ShapeAndSize) {
-        Task { metric: Metric::Jacobian, ..task }.fill(&mut values, progress)?;
+        Task { metric: Metric::Jacobian, ..task }.fill(values, progress)?;
         // Through fixed pieces, so that the sum is the same for any number of threads.
         let sums: Vec<f64> = values.par_chunks(CHUNK).map(|chunk| chunk.iter().sum()).collect();
         mean_jacobian = sums.iter().sum::<f64>() / values.len() as f64;
     }
-    Task { mean_jacobian, ..task }.fill(&mut values, progress)?;
+    Task { mean_jacobian, ..task }.fill(values, progress)?;
     // A power of two: nothing is rounded, and what is too large or small for an f64 becomes so once.
     let dimension = match metric {
         Metric::Inradius => 1,
@@ -46,18 +53,20 @@ pub fn values(mesh: &TetMesh, metric: Metric, rule: Rule, progress: &Progress) -
     if dimension > 0 && task.scale != 1.0 {
         values.par_iter_mut().with_min_len(CHUNK).for_each(|value| (0..dimension).for_each(|_| *value /= task.scale));
     }
-    if rule == Rule::Definition && metric.divides_by_volume() && mesh.zero_volume_count() > 0 {
-        let flat = (0..values.len()).filter(|&tet| mesh.is_zero_volume(tet));
-        flat.for_each(|tet| values[tet] = f64::INFINITY);
+    if let (Some(value), Rule::Definition) = (metric.of_flat(), rule) {
+        let flat = (0..values.len()).filter(|&tet| mesh.zero_volume_count() > 0 && mesh.is_zero_volume(tet));
+        flat.for_each(|tet| values[tet] = value);
     }
-    Ok(values)
+    Ok(())
 }
 
 /// A metric of one tet by itself, as [`values`] gives it; [`Metric::RelativeSizeSquared`] then is that of a mesh of this tet.
 pub fn of_tet(corners: [DVec3; 4], metric: Metric, rule: Rule) -> f64 {
     let p = corners.map(|p| p.to_array());
     let mut out = [0.0; BLOCK];
-    Block::new(|_| p, 1).judge(metric, rule, Tet::new(p).jacobian, &mut out);
+    let mut block = Block::new();
+    block.fill(|_| p, 1);
+    block.judge(metric, rule, Tet::new(p).jacobian(), &mut out);
     out[0]
 }
 
@@ -109,6 +118,7 @@ impl pulp::WithSimd for Kernel<'_> {
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Task { mesh, scale, metric, rule, mean_jacobian } = self.task;
         let (tets, points, turns) = (mesh.tets(), mesh.points(), mesh.inverted_count() > 0);
+        let mut block = Block::new();
         for (i, out) in self.out.chunks_mut(BLOCK).enumerate() {
             let first = self.first + i * BLOCK;
             let corners = |k: usize| {
@@ -123,7 +133,7 @@ impl pulp::WithSimd for Kernel<'_> {
                 };
                 [point(a), point(b), point(c), point(d)]
             };
-            let block = Block::new(corners, out.len());
+            block.fill(corners, out.len());
             match out.try_into() {
                 Ok(out) => block.judge(metric, rule, mean_jacobian, out),
                 Err(_) => {
@@ -142,49 +152,54 @@ struct Block {
 }
 
 impl Block {
-    /// The first `count` tets, at least 1; the rest are as the first.
+    fn new() -> Self {
+        Block { coordinates: [[0.0; BLOCK]; 12] }
+    }
+
+    /// Takes the first `count` tets, at least 1; the rest are as the first.
     #[inline(always)]
-    fn new(corners: impl Fn(usize) -> [Vector; 4], count: usize) -> Self {
-        let mut coordinates = [[0.0; BLOCK]; 12];
+    fn fill(&mut self, corners: impl Fn(usize) -> [Vector; 4], count: usize) {
         for i in 0..BLOCK {
             let p = corners(if i < count { i } else { 0 });
-            for corner in 0..4 {
-                for axis in 0..3 {
-                    coordinates[3 * corner + axis][i] = p[corner][axis];
-                }
+            let [[ax, ay, az], [bx, by, bz], [cx, cy, cz], [dx, dy, dz]] = p;
+            for (place, coordinate) in self.coordinates.iter_mut().zip([ax, ay, az, bx, by, bz, cx, cy, cz, dx, dy, dz]) {
+                place[i] = coordinate;
             }
         }
-        Block { coordinates }
     }
 
     #[inline(always)]
-    fn each<const N: usize>(&self, f: impl Fn(Tet) -> [f64; N]) -> [[f64; BLOCK]; N] {
+    fn each<const N: usize>(&self, out: &mut [[f64; BLOCK]; N], f: impl Fn(&Tet) -> [f64; N]) {
         let c = &self.coordinates;
-        let mut out = [[0.0; BLOCK]; N];
         for i in 0..BLOCK {
-            let corner = |k: usize| [c[3 * k][i], c[3 * k + 1][i], c[3 * k + 2][i]];
-            let found = f(Tet::new([corner(0), corner(1), corner(2), corner(3)]));
+            let p = [[c[0][i], c[1][i], c[2][i]], [c[3][i], c[4][i], c[5][i]], [c[6][i], c[7][i], c[8][i]], [c[9][i], c[10][i], c[11][i]]];
+            let found = f(&Tet::new(p));
             for n in 0..N {
                 out[n][i] = found[n];
             }
         }
-        out
     }
 
     #[inline(always)]
-    fn one(&self, out: &mut [f64; BLOCK], f: impl Fn(Tet) -> f64) {
-        let [found] = self.each(
+    fn one(&self, out: &mut [f64; BLOCK], f: impl Fn(&Tet) -> f64) {
+        self.each(
+            std::array::from_mut(out),
             #[inline(always)]
             |tet| [f(tet)],
         );
-        *out = found;
     }
 
-    /// Functions of a sine and a cosine, for which there are no vector instructions.
+    /// An angle from its sine and cosine, times a factor.
     #[inline(always)]
-    fn angle(&self, out: &mut [f64; BLOCK], f: impl Fn(Tet) -> [f64; 2], factor: f64) {
-        let [sines, cosines] = self.each(f);
-        angles(&sines, &cosines, factor, out);
+    fn angle(&self, out: &mut [f64; BLOCK], f: impl Fn(&Tet) -> [f64; 2], factor: f64) {
+        self.one(
+            out,
+            #[inline(always)]
+            |tet| {
+                let [sine, cosine] = f(tet);
+                angle(sine, cosine) * factor
+            },
+        );
     }
 
     #[inline(always)]
@@ -192,56 +207,67 @@ impl Block {
         let vtk = rule == Rule::Vtk;
         let degrees = 1f64.to_degrees();
         match metric {
-            Metric::EdgeRatio => self.one(out, |tet| tet.edge_ratio()),
-            Metric::AspectRatio => self.one(out, |tet| tet.aspect_ratio()),
-            Metric::RadiusRatio => self.one(out, |tet| tet.radius_ratio()),
-            Metric::AspectGamma => self.one(out, |tet| tet.aspect_gamma()),
-            Metric::AspectFrobenius => self.one(out, |tet| tet.aspect_frobenius()),
-            Metric::Condition => self.one(out, |tet| tet.condition()),
-            Metric::CollapseRatio if vtk => self.one(out, |tet| tet.collapse_ratio(true)),
-            Metric::CollapseRatio => self.one(out, |tet| tet.collapse_ratio(false)),
-            Metric::Jacobian => self.one(out, |tet| tet.jacobian),
-            Metric::ScaledJacobian => self.one(out, |tet| tet.scaled_jacobian()),
-            Metric::Shape => self.one(out, |tet| tet.shape()),
-            Metric::RelativeSizeSquared => self.one(out, |tet| tet.relative_size_squared(mean_jacobian)),
-            Metric::ShapeAndSize => self.one(out, |tet| tet.shape() * tet.relative_size_squared(mean_jacobian)),
-            Metric::MeanRatio => self.one(out, |tet| tet.mean_ratio()),
-            Metric::MinAngle if vtk => self.angle(out, |tet| tet.min_dihedral(true), degrees),
-            Metric::MinAngle => self.angle(out, |tet| tet.min_dihedral(false), degrees),
-            Metric::MaxAngle => self.angle(out, |tet| tet.max_dihedral(), degrees),
-            Metric::SolidAngle => self.angle(out, |tet| tet.half_solid_angle(), 2.0),
+            Metric::EdgeRatio => self.one(out, Tet::edge_ratio),
+            Metric::AspectRatio => self.one(out, Tet::aspect_ratio),
+            Metric::RadiusRatio => self.one(out, Tet::radius_ratio),
+            Metric::AspectGamma => self.one(out, Tet::aspect_gamma),
+            Metric::AspectFrobenius => self.one(out, Tet::aspect_frobenius),
+            Metric::Condition => self.one(out, Tet::condition),
+            Metric::CollapseRatio if vtk => self.one(out, Tet::collapse_ratio::<true>),
+            Metric::CollapseRatio => self.one(out, Tet::collapse_ratio::<false>),
+            Metric::Jacobian => self.one(out, Tet::jacobian),
+            Metric::ScaledJacobian => self.one(out, Tet::scaled_jacobian),
+            Metric::Shape => self.one(out, Tet::shape),
+            Metric::RelativeSizeSquared => self.one(
+                out,
+                #[inline(always)]
+                |tet| tet.relative_size_squared(mean_jacobian),
+            ),
+            Metric::ShapeAndSize => self.one(
+                out,
+                #[inline(always)]
+                |tet| tet.shape() * tet.relative_size_squared(mean_jacobian),
+            ),
+            Metric::MeanRatio => self.one(out, Tet::mean_ratio),
+            Metric::MinAngle if vtk => self.angle(out, Tet::min_dihedral::<true>, degrees),
+            Metric::MinAngle => self.angle(out, Tet::min_dihedral::<false>, degrees),
+            Metric::MaxAngle => self.angle(out, Tet::max_dihedral, degrees),
+            Metric::SolidAngle => self.angle(out, Tet::half_solid_angle, 2.0),
             Metric::EquiangleSkew => self.equiangle_skew(out),
-            Metric::EquivolumeSkew => self.one(out, |tet| tet.equivolume_skew()),
-            Metric::SquishIndex => self.one(out, |tet| tet.squish_index()),
-            Metric::Inradius => self.one(out, |tet| tet.inradius()),
-            Metric::NormalizedInradius => self.one(out, |tet| tet.normalized_inradius()),
+            Metric::EquivolumeSkew => self.one(out, Tet::equivolume_skew),
+            Metric::SquishIndex => self.one(out, Tet::squish_index),
+            Metric::Inradius => self.one(out, Tet::inradius),
+            Metric::NormalizedInradius => self.one(out, Tet::normalized_inradius),
             Metric::Distortion => *out = [1.0; BLOCK],
-            Metric::Volume => self.one(out, |tet| tet.jacobian / 6.0),
-            Metric::Amips => self.one(out, |tet| tet.amips()),
+            Metric::Volume => self.one(out, Tet::volume),
+            Metric::Amips => self.one(out, Tet::amips),
         }
     }
 
+    /// In two passes: one of all of it is too much for the compiler to make vector instructions of.
     #[inline(always)]
     fn equiangle_skew(&self, out: &mut [f64; BLOCK]) {
-        let (mut extremes, degrees) = ([[0.0; BLOCK]; 4], 1f64.to_degrees());
-        let [min, max, min_face, max_face] = &mut extremes;
-        self.angle(min, |tet| tet.min_dihedral(false), degrees);
-        self.angle(max, |tet| tet.max_dihedral(), degrees);
-        let [sines, cosines, large_sines, large_cosines] = self.each(|tet| tet.face_angles());
-        angles(&sines, &cosines, degrees, min_face);
-        angles(&large_sines, &large_cosines, degrees, max_face);
-        for (i, out) in out.iter_mut().enumerate() {
-            let dihedral = ((max[i] - REGULAR_DEGREES) / (180.0 - REGULAR_DEGREES)).max((REGULAR_DEGREES - min[i]) / REGULAR_DEGREES);
-            let in_faces = ((max_face[i] - 60.0) / 120.0).max((60.0 - min_face[i]) / 60.0);
-            // Not `max` of f64, which passes NaN over.
-            *out = if dihedral > in_faces { dihedral } else { in_faces };
+        let mut in_faces = [0.0; BLOCK];
+        self.one(
+            &mut in_faces,
+            #[inline(always)]
+            |tet| skew(tet.face_angles(), 60.0),
+        );
+        self.one(
+            out,
+            #[inline(always)]
+            |tet| skew(tet.dihedrals::<false>(), REGULAR_DEGREES),
+        );
+        for (out, in_faces) in out.iter_mut().zip(in_faces) {
+            *out = if in_faces > *out { in_faces } else { *out };
         }
     }
 }
 
-/// The angles whose sines and cosines, with any common factor, these are, times a factor.
-fn angles(sines: &[f64; BLOCK], cosines: &[f64; BLOCK], factor: f64, out: &mut [f64; BLOCK]) {
-    for i in 0..BLOCK {
-        out[i] = sines[i].atan2(cosines[i]) * factor;
-    }
+/// The larger deviation of two angles in degrees from that of the regular tet, in parts of what is possible.
+#[inline(always)]
+fn skew(angles: Extremes, regular: f64) -> f64 {
+    let degrees = 1f64.to_degrees();
+    let (min, max) = (angle(angles.most[0], angles.most[1]) * degrees, angle(angles.least[0], angles.least[1]) * degrees);
+    larger((max - regular) / (180.0 - regular), (regular - min) / regular) + 0.0 * max // NaN stays
 }

@@ -193,13 +193,11 @@ impl Splitter {
             let [a, b, c] = [a, b, c].map(|&i| self.points[i as usize]);
             geometry::signed_volume(&[centre, a, b, c])
         };
-        let (total, folded) = signs(triangles.iter().map(seen));
+        let (_, folded) = signs(triangles.iter().map(seen));
         if is_fan && folded >= from_corner {
-            self.folded += 1;
             self.tets.extend_from_slice(tets);
             return;
         }
-        self.folded += u64::from(folded > 1e-9 * total.abs());
         let triangles = std::mem::take(triangles);
         let centre = self.make(corners.iter().map(|&node| (node, weight)));
         self.tets.extend(triangles.iter().map(|&[a, b, c]| [centre, a, b, c]));
@@ -209,6 +207,11 @@ impl Splitter {
 
 fn volume(points: &[DVec3], tet: &[u32; 4]) -> f64 {
     geometry::signed_volume(&tet.map(|i| points[i as usize]))
+}
+
+/// Whether tets of a cell overlap others: they are not all of one sense.
+pub(super) fn is_folded(points: &[DVec3], tets: &[[u32; 4]]) -> bool {
+    folded(points, tets) > 0.0
 }
 
 /// How much of the volume of tets is of the other sign than their sum; 0 if that is rounding.

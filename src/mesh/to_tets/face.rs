@@ -5,7 +5,7 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
 /// Cuts a face (3 points or more in order around it) into triangles with its sense, by its points alone: whichever of them it begins with
 /// and in whichever sense it goes round, the triangles have the same corners. Points that are named twice in a row are one.
-pub(super) fn triangulate(points: &[DVec3], face: &[u32], out: &mut Vec<[u32; 3]>) {
+pub(crate) fn triangulate(points: &[DVec3], face: &[u32], out: &mut Vec<[u32; 3]>) {
     let mut ring: Vec<u32> = Vec::with_capacity(face.len());
     face.iter().for_each(|&node| {
         if ring.last() != Some(&node) {
@@ -92,13 +92,18 @@ fn delaunay(points: &[DVec3], ring: &[u32]) -> Option<Vec<[u32; 3]>> {
     }
     let mut node_of = vec![0; ring.len()];
     handles.iter().zip(ring).for_each(|(handle, &node)| node_of[handle.index()] = node);
-    let is_inside = |at: DVec2| {
-        (0..ring.len()).fold(false, |inside, i| {
-            let (a, b) = (flat(ring[i]), flat(ring[(i + 1) % ring.len()]));
-            let crosses = (a.y > at.y) != (b.y > at.y) && at.x < a.x + (at.y - a.y) / (b.y - a.y) * (b.x - a.x);
-            inside != crosses
-        })
-    };
-    let triangles = triangulation.inner_faces().map(|face| face.vertices().map(|vertex| node_of[vertex.fix().index()]));
-    Some(triangles.filter(|t| is_inside(t.map(flat).into_iter().sum::<DVec2>() / 3.0)).collect())
+    // From outside in: what is behind an edge of the polygon is inside, behind the next outside again.
+    let mut is_inside: Vec<Option<bool>> = vec![None; triangulation.num_all_faces()];
+    let hull = triangulation.convex_hull().flat_map(|edge| [edge, edge.rev()]);
+    let mut todo: Vec<_> = hull.filter_map(|edge| Some((edge.face().as_inner()?, edge.is_constraint_edge()))).collect();
+    while let Some((face, inside)) = todo.pop() {
+        if is_inside[face.fix().index()].is_some() {
+            continue;
+        }
+        is_inside[face.fix().index()] = Some(inside);
+        let behind = face.adjacent_edges().into_iter();
+        todo.extend(behind.filter_map(|edge| Some((edge.rev().face().as_inner()?, inside ^ edge.is_constraint_edge()))));
+    }
+    let inner = triangulation.inner_faces().filter(|face| is_inside[face.fix().index()] == Some(true));
+    Some(inner.map(|face| face.vertices().map(|vertex| node_of[vertex.fix().index()])).collect())
 }

@@ -12,6 +12,7 @@
 
 mod cone;
 mod face;
+pub(crate) use face::triangulate as triangulate_face;
 mod quadratic;
 #[cfg(test)]
 mod tests;
@@ -22,22 +23,24 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// The tets of the cells that have a volume, with the arrays of those cells.
-pub fn to_tets(grid: UnstructuredGrid) -> Result<MeshParts, MeshError> {
-    let UnstructuredGrid { points, cells, point_data, cell_data, active_scalars, numbers, merges_points, notes } = grid;
+pub fn to_tets(mut grid: UnstructuredGrid) -> Result<MeshParts, MeshError> {
+    grid.merge_points();
+    let UnstructuredGrid { points, cells, point_data, cell_data, active_scalars, numbers, mut notes, .. } = grid;
     if points.len() >= u32::MAX as usize {
         return Err(MeshError::TooMany { what: "points", count: points.len() });
     }
     let mut splitter = Splitter::new(points);
-    if merges_points {
-        splitter.merge_points();
-    }
     for (cell, (cell_type, nodes)) in cells.iter().enumerate() {
         splitter.cell(cell, cell_type, nodes)?;
     }
     let counts = cells.counts();
+    if splitter.point_arrays_fit(&point_data) {
+        notes.extend(quadratic::deviation(&splitter.points[..splitter.own_points], &cells, &point_data));
+    }
     drop(cells);
     if splitter.tets.is_empty() {
-        return Err(MeshError::NoVolume(counts_in_words(counts)));
+        let why = if splitter.without_faces > 0 { ", whose faces octetra does not know" } else { "" };
+        return Err(MeshError::NoVolume(counts_in_words(counts) + why));
     }
     splitter.finish(counts, point_data, cell_data, active_scalars, &numbers, notes)
 }
@@ -47,13 +50,10 @@ struct Splitter {
     points: Vec<DVec3>,
     /// Points of the file.
     own_points: usize,
-    /// The first point at the place of each, if those at one place are one.
-    first_at: Vec<u32>,
-    merged: u64,
     /// Of each point that was made the nodes whose weighted mean it is, one behind the other, and where they end.
     sources: Vec<(u32, f64)>,
     source_ends: Vec<usize>,
-    /// Points that were made at the middle of faces, by the face's corners in ascending order, of four the three lowest and the highest.
+    /// Points that were made at the middle of faces, by the face's four corners in ascending order.
     face_centres: HashMap<[u32; 4], u32>,
     tets: Vec<[u32; 4]>,
     /// The cell and its type of each tet.
@@ -62,6 +62,7 @@ struct Splitter {
     without_faces: u64,
     corners_only: u64,
     folded: u64,
+    skipped_nodes: u64,
     open: u64,
     /// What is allocated once: a cell's nodes, and what cones need.
     nodes: Vec<u32>,
@@ -72,8 +73,6 @@ impl Splitter {
     fn new(points: Vec<DVec3>) -> Self {
         Splitter {
             own_points: points.len(),
-            first_at: vec![],
-            merged: 0,
             points,
             sources: vec![],
             source_ends: vec![],
@@ -83,6 +82,7 @@ impl Splitter {
             without_faces: 0,
             corners_only: 0,
             folded: 0,
+            skipped_nodes: 0,
             open: 0,
             nodes: vec![],
             scratch: cone::Scratch::default(),
@@ -94,8 +94,11 @@ impl Splitter {
         if cell_type.dimension() != Some(3) {
             return Ok(());
         }
+        let first = self.tets.len();
         if cell_type == CellType::POLYHEDRON {
-            return self.polyhedron(cell, nodes);
+            self.polyhedron(cell, nodes)?;
+            self.folded += u64::from(cone::is_folded(&self.points, &self.tets[first..]));
+            return Ok(());
         }
         if let Some(expected) = cell_type.points().filter(|&expected| expected != nodes.len()) {
             return Err(MeshError::CellPoints { cell, cell_type, found: nodes.len(), expected });
@@ -122,20 +125,15 @@ impl Splitter {
             },
         }
         self.nodes = own;
+        self.folded += u64::from(cone::is_folded(&self.points, &self.tets[first..]));
+        self.skipped_nodes += u64::from(cell_type == CellType::TRIQUADRATIC_PYRAMID);
         self.cells.resize(self.tets.len(), (cell as u32, cell_type));
         Ok(())
     }
 
-    /// Takes points with the same coordinates for one.
-    fn merge_points(&mut self) {
-        let key = |p: &DVec3| (*p + DVec3::ZERO).to_array().map(f64::to_bits); // -0 is 0
-        let mut order: Vec<(u32, [u64; 3])> = self.points.par_iter().enumerate().map(|(i, p)| (i as u32, key(p))).collect();
-        order.par_sort_unstable_by_key(|&(i, key)| (key, i));
-        self.first_at = vec![0; self.points.len()];
-        for run in order.chunk_by(|a, b| a.1 == b.1) {
-            run.iter().for_each(|&(i, _)| self.first_at[i as usize] = run[0].0);
-            self.merged += run.len() as u64 - 1;
-        }
+    /// Whether arrays have a tuple for every point of the file; if not, they are refused in the end.
+    fn point_arrays_fit(&self, arrays: &[DataArray]) -> bool {
+        arrays.iter().all(|a| a.components > 0 && Some(a.values.len()) == self.own_points.checked_mul(a.components))
     }
 
     /// Adds the points that a cell names, which must exist.
@@ -143,7 +141,7 @@ impl Splitter {
         if let Some(&index) = nodes.iter().find(|&&node| node as usize >= self.own_points) {
             return Err(MeshError::CellPoint { cell, index, points: self.own_points });
         }
-        out.extend(nodes.iter().map(|&node| self.first_at.get(node as usize).copied().unwrap_or(node)));
+        out.extend_from_slice(nodes);
         Ok(())
     }
 
@@ -177,18 +175,20 @@ impl Splitter {
         point_data.par_iter_mut().for_each(|array| self.extend(array));
         let sources: Vec<u32> = self.cells.iter().map(|&(cell, _)| cell).collect();
         let cell_data = cell_data.into_par_iter().map(|array| gathered(array, &sources)).collect();
-        let aside = counts.iter().filter(|(cell_type, _)| cell_type.dimension() != Some(3));
-        let aside: Vec<(CellType, u64)> = aside.copied().collect();
-        if !aside.is_empty() {
-            notes.push(format!("{} set aside: they have no volume", counts_in_words(aside)));
+        let (unknown, aside): (Vec<_>, Vec<_>) =
+            counts.iter().filter(|count| count.0.dimension() != Some(3)).copied().partition(|count| count.0.dimension().is_none());
+        for (cells, why) in [(aside, "set aside: they have no volume"), (unknown, "left out: their type is not known")] {
+            if !cells.is_empty() {
+                notes.push(format!("{} {why}", counts_in_words(cells)));
+            }
         }
         let made = self.points.len() - self.own_points;
         for (count, what) in [
             (self.without_faces, "cells are of a type whose faces octetra does not know and were left out"),
             (self.corners_only, "cells of a higher order are taken by their corners"),
+            (self.skipped_nodes, "triquadratic pyramids are met at all nodes but those within their triangles and inside"),
             (self.folded, "cells are folded: some of their tets overlap others"),
             (self.open, "polyhedra have faces that do not close them"),
-            (self.merged, "points of several pieces lie where others do and were taken for one with them"),
             (made as u64, "points were made in the middle of cells and faces"),
         ] {
             if count > 0 {

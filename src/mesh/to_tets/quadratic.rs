@@ -4,6 +4,10 @@
 //! the second difference `a - 2 m + b` at most. Nodes that a type lacks at the middle of a face or cell are those of the serendipity element.
 
 use super::Splitter;
+use crate::geometry::Aabb;
+use crate::mesh::{CellType, Cells, DataArray};
+use glam::DVec3;
+use rayon::prelude::*;
 
 /// Corners of the hexahedron's faces, in the order of the 27-node cell's face nodes 20 to 25: -x, +x, -y, +y, -z, +z; with the edge nodes.
 const HEX_FACES: [([usize; 4], [usize; 4]); 6] = [
@@ -17,6 +21,60 @@ const HEX_FACES: [([usize; 4], [usize; 4]); 6] = [
 
 /// The nodes of the 27-node hexahedron by place, x fastest.
 const HEX_LATTICE: [usize; 27] = [0, 8, 1, 11, 24, 9, 3, 10, 2, 16, 22, 17, 20, 26, 21, 19, 23, 18, 4, 12, 5, 15, 25, 13, 7, 14, 6];
+
+/// The corners of each edge, whose middle is node `corners + i`.
+fn edges(cell_type: CellType, nodes: usize) -> (usize, &'static [[usize; 2]]) {
+    match cell_type {
+        CellType::QUADRATIC_TETRA => (4, &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]),
+        CellType::LAGRANGE_TETRAHEDRON if nodes == 10 => edges(CellType::QUADRATIC_TETRA, nodes),
+        CellType::QUADRATIC_PYRAMID | CellType::TRIQUADRATIC_PYRAMID => {
+            (5, &[[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [1, 4], [2, 4], [3, 4]])
+        }
+        CellType::QUADRATIC_WEDGE | CellType::BIQUADRATIC_QUADRATIC_WEDGE => {
+            (6, &[[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 3], [0, 3], [1, 4], [2, 5]])
+        }
+        CellType::QUADRATIC_HEXAHEDRON | CellType::BIQUADRATIC_QUADRATIC_HEXAHEDRON | CellType::TRIQUADRATIC_HEXAHEDRON => {
+            (8, &[[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
+        }
+        _ => (0, &[]),
+    }
+}
+
+/// How far the tets between the nodes of quadratic cells are from the cells, along their edges: an eighth of the second differences. In
+/// words, `None` if no cell is quadratic.
+pub(super) fn deviation(points: &[DVec3], cells: &Cells, point_data: &[DataArray]) -> Option<String> {
+    // The two corners and the middle of every edge.
+    let of_cell = |cell: usize| {
+        let (cell_type, nodes) = cells.get(cell);
+        let (corners, edges) = edges(cell_type, nodes.len());
+        edges.iter().enumerate().map(move |(i, &[a, b])| [nodes[a], nodes[corners + i], nodes[b]].map(|node| node as usize))
+    };
+    let largest = |second: &(dyn Fn([usize; 3]) -> f64 + Sync)| {
+        (0..cells.len()).into_par_iter().flat_map_iter(of_cell).map(second).reduce(|| -1.0, f64::max) / 8.0
+    };
+    let bend = largest(&|[a, m, b]| (points[a] - 2.0 * points[m] + points[b]).length());
+    if bend < 0.0 {
+        return None;
+    }
+    let diagonal = Aabb::of_points(points.iter().copied()).diagonal();
+    let of_array = |array: &DataArray| {
+        let values = |component: usize| (0..array.tuples()).map(move |i| array.values.get(i * array.components + component));
+        let of_component = |component: usize| {
+            let (lo, hi) =
+                values(component).filter(|v| v.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)));
+            let value = |i: usize| array.values.get(i * array.components + component);
+            let second =
+                |[a, m, b]: [usize; 3]| Some((value(a) - 2.0 * value(m) + value(b)).abs()).filter(|v| v.is_finite()).unwrap_or(0.0);
+            if hi > lo { largest(&second) / (hi - lo) } else { 0.0 }
+        };
+        (0..array.components).map(of_component).fold(0.0, f64::max)
+    };
+    let percent = |part: f64| format!("{:.2} %", part * 100.0);
+    let worst = point_data.iter().map(|array| (of_array(array), &array.name)).max_by(|a, b| a.0.total_cmp(&b.0));
+    let values = worst.map_or(String::new(), |(part, name)| format!(", and values within {} of the range of \"{name}\"", percent(part)));
+    let place = if diagonal > 0.0 { bend / diagonal } else { 0.0 };
+    Some(format!("quadratic cells are cut at their nodes: along edges places are within {} of the diagonal{values}", percent(place)))
+}
 
 impl Splitter {
     /// Eight tets: four at the corners, four in the octahedron between, about its shortest diagonal.

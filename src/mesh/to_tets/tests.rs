@@ -132,6 +132,18 @@ fn quadratic_cells_have_their_nodes_and_the_volume_within() {
 }
 
 #[test]
+fn how_far_quadratic_cells_are_from_their_tets_is_said() {
+    // One edge's middle is off by 0.1, and the field there by 0.4 of its range of 1: an eighth of twice that.
+    let mut points = middles(&[v(0., 0., 0.), v(1., 0., 0.), v(0., 1., 0.), v(0., 0., 1.)], &TETRA_EDGES);
+    points[4] -= DVec3::Y * 0.1;
+    let field = |p: DVec3| if p.y < 0.0 { 0.9 } else { p.x };
+    let parts = one(CellType::QUADRATIC_TETRA, &points, field);
+    let diagonal = v(1.0, 1.1, 1.0).length();
+    let expected = format!("places are within {:.2} % of the diagonal, and values within 10.00 % of the range of \"f\"", 2.5 / diagonal);
+    assert!(parts.notes[0].contains(&expected), "{:?}", parts.notes);
+}
+
+#[test]
 fn neighbours_of_every_type_share_their_faces() {
     // A hexahedron, a wedge on it, a pyramid under it, a tet at its side, in all orders of the points' numbers.
     let places = [&hexahedron()[..], &[v(0.5, 0.0, 2.0), v(0.5, 1.0, 2.0), v(0.5, 0.5, -1.0), v(2.0, 0.5, 0.5)]].concat();
