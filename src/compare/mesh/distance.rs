@@ -202,11 +202,11 @@ fn sample(from: &Surface, to: &Nearest, t: usize, points: &[(u32, f64)], density
     let furthest = Furthest { distance: distances[furthest], at: corners[furthest], near: near[furthest], triangle: t as u32 };
     let min = distances.into_iter().fold(f64::INFINITY, f64::min);
     let mut found = Sampled { part, area, sum: 0.0, sum_of_squares: 0.0, min, furthest, samples: 0 };
-    let side = (area * density).sqrt().ceil().max(1.0) as u64;
+    let side = (area * density).sqrt().round().max(1.0) as u64;
     let mut near = middle.place;
     let mut take = |u: f64, v: f64| {
         let at = corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v;
-        let hit = to.find(at, near);
+        let hit = if side == 1 { middle } else { to.find(at, near) };
         near = hit.place;
         // What a bound of 0 says is more than what rounding leaves.
         let distance = hit.squared.sqrt().min(part.upper);
