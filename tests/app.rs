@@ -241,7 +241,7 @@ fn type_number(window: &mut Window, name: &str, text: &str) {
 #[test]
 fn opacity_and_colours_are_edited() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut window = open_sized(folder.path(), SIZE + egui::vec2(0.0, 320.0));
+    let mut window = open_sized(folder.path(), SIZE + egui::vec2(0.0, 200.0));
     let before = picture(&mut window);
     let function = |window: &Window| window.state().transfer_function().clone();
     let viridis = TransferFunction::preset("viridis").expect("a preset");
@@ -309,7 +309,7 @@ fn opacity_and_colours_are_edited() {
 #[test]
 fn range_scale_and_files_of_the_transfer_function() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut window = open_sized(folder.path(), SIZE + egui::vec2(0.0, 320.0));
+    let mut window = open_sized(folder.path(), SIZE + egui::vec2(0.0, 200.0));
     let before = picture(&mut window);
     let function = |window: &Window| window.state().transfer_function().clone();
     // The ball's field goes from 0 to 1: no logarithm, until the range is above 0.

@@ -58,7 +58,6 @@ impl Viewer {
         ui.horizontal(|ui| {
             self.button(ui, "Open session...", "Data, thresholds, camera, colours and all else from a file", Action::OpenSession);
             self.button(ui, "Save session...", "All that is chosen into a file; octetra render --session draws it", Action::SaveSession);
-            self.compare_button(ui, "Compare");
         });
         ui.horizontal(|ui| {
             self.screenshot_button(ui);
@@ -70,6 +69,7 @@ impl Viewer {
             self.button(ui, "Undo", "Take the last change of a setting back; the camera has its own undo", Action::UndoSettings);
             self.button(ui, "Redo", "Change it again", Action::RedoSettings);
             self.button(ui, "Keys", "What keys and mouse do", Action::Help);
+            self.compare_button(ui, "Compare");
         });
     }
 

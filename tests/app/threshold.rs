@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn values_are_hidden_and_the_function_stays() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut window = open_sized(folder.path(), SIZE + egui::vec2(0.0, 360.0));
+    let mut window = open_sized(folder.path(), SIZE + egui::vec2(0.0, 240.0));
     let before = picture(&mut window);
     let function = |window: &Window| window.state().transfer_function().clone();
     let threshold = |window: &Window| function(window).threshold.expect("one");
