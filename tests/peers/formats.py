@@ -1,7 +1,7 @@
 """Opens every file of the shared data with VTK, meshio and octetra, and writes a table of what each finds.
 
-    python -m venv /tmp/peers && /tmp/peers/bin/pip install vtk meshio h5py netCDF4
-    OCTETRA_SHARED=../shared /tmp/peers/bin/python tests/peers/formats.py --octetra target/release/octetra -o formats.md
+    python -m venv venv && venv/bin/pip install vtk meshio h5py netCDF4
+    OCTETRA_SHARED=../shared venv/bin/python tests/peers/formats.py --octetra target/release/octetra -o formats.md
 
 The files are those of data/tet, data/interop and data/surface, or the ones named. Points, cells by type and the range of every component of
 every array are compared; ranges are the same if they differ by less than 1e-6 of their size (readers differ in f32 and f64). Each reader
