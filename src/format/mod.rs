@@ -48,7 +48,7 @@ use vtu::VtuError;
 /// The formats that [`read`] knows, one line each.
 #[rustfmt::skip]
 pub const FORMATS: &[Format] = &[
-    Format { name: "VTK XML unstructured grid", suffixes: &["vtu"], recognizes: is_vtu, reader: Reader::Vtk(vtu::read) },
+    Format { name: "VTK XML unstructured grid", suffixes: &["vtu"], recognizes: |start| vtu::is_of_type(start, "UnstructuredGrid"), reader: Reader::Vtk(vtu::read) },
     Format { name: "VTK XML surface", suffixes: &["vtp"], recognizes: vtu::recognizes_surface, reader: Reader::Vtk(vtu::read_surface) },
     Format { name: "VTK XML pieces in several files", suffixes: &["pvtu", "pvts", "pvtr", "pvtp"], recognizes: vtu::parallel::recognizes, reader: Reader::Cells(vtu::parallel::read) },
     Format { name: "VTK XML image data", suffixes: &["vti"], recognizes: vti::recognizes, reader: Reader::Grid(vti::read) },
@@ -360,9 +360,4 @@ fn format_of(source: &Source<'_>, path: &Path) -> Result<&'static Format, Proble
 fn known() -> String {
     let one = |format: &Format| format!("{} (.{})", format.name, format.suffixes.join(", ."));
     FORMATS.iter().map(one).collect::<Vec<_>>().join(", ")
-}
-
-fn is_vtu(start: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(start);
-    text.contains("<VTKFile") && text.contains("\"UnstructuredGrid\"")
 }

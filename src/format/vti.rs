@@ -15,8 +15,7 @@ use glam::{DMat3, DVec3};
 
 /// Whether a file starts as VTK's image data do.
 pub(super) fn recognizes(start: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(start);
-    text.contains("<VTKFile") && text.contains("ImageData")
+    super::vtu::is_of_type(start, "ImageData")
 }
 
 /// What an array belongs to.

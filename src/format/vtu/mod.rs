@@ -144,8 +144,13 @@ pub(super) fn read_surface(source: &Source<'_>, progress: &Progress) -> Result<F
 
 /// Whether a file starts as a `.vtp` does.
 pub(super) fn recognizes_surface(start: &[u8]) -> bool {
+    is_of_type(start, "PolyData")
+}
+
+/// Whether a file starts as VTK's XML of a type, such as `UnstructuredGrid`, does.
+pub(super) fn is_of_type(start: &[u8], name: &str) -> bool {
     let text = String::from_utf8_lossy(start);
-    text.contains("<VTKFile") && text.contains("\"PolyData\"")
+    text.contains("<VTKFile") && ['"', '\''].iter().any(|quote| text.contains(&format!("{quote}{name}{quote}")))
 }
 
 /// What the arrays of a section belong to.

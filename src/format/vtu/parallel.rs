@@ -11,9 +11,7 @@ use std::path::Path;
 
 /// Whether a file starts as one of these does.
 pub(in crate::format) fn recognizes(start: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(start);
-    let types = ["PUnstructuredGrid", "PPolyData", "PStructuredGrid", "PRectilinearGrid"];
-    text.contains("<VTKFile") && types.iter().any(|name| text.contains(&format!("\"{name}\"")))
+    ["PUnstructuredGrid", "PPolyData", "PStructuredGrid", "PRectilinearGrid"].iter().any(|name| super::is_of_type(start, name))
 }
 
 /// Reads the files that one lists.

@@ -14,15 +14,12 @@ const HIDDEN_POINT: u8 = 2;
 
 /// Whether a file starts as a `.vts` does.
 pub(in crate::format) fn recognizes_structured(start: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(start);
-    // Of an unstructured grid the s is small.
-    text.contains("<VTKFile") && text.contains("StructuredGrid")
+    super::is_of_type(start, "StructuredGrid")
 }
 
 /// Whether a file starts as a `.vtr` does.
 pub(in crate::format) fn recognizes_rectilinear(start: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(start);
-    text.contains("<VTKFile") && text.contains("RectilinearGrid")
+    super::is_of_type(start, "RectilinearGrid")
 }
 
 /// Reads a `.vts` file.
