@@ -28,11 +28,12 @@
 //! 1. [`geometry`], [`progress`], [`words`]
 //! 2. [`mesh`], [`volume`], [`view`], [`image`]
 //! 3. [`optics`], [`format`](mod@format), [`octree`], [`exact`], [`furniture`]
-//! 4. [`cpu`], [`gpu`], [`compare`], [`session`]
-//! 5. [`render`]
-//! 6. [`study`]
-//! 7. [`app`]
-//! 8. [`cli`]
+//! 4. [`bricks`]
+//! 5. [`cpu`], [`gpu`], [`compare`], [`session`]
+//! 6. [`render`]
+//! 7. [`study`]
+//! 8. [`app`]
+//! 9. [`cli`]
 //!
 //! `wgpu` is named in `gpu/` and `app/viewport.rs` only, `egui` in `app/`, `clap` in `cli/`, `anyhow` in `cli/` and `app/`. [`exact`] shares
 //! no code with what it judges: not with [`optics`], [`octree`], [`cpu`] or [`gpu`].
@@ -67,6 +68,7 @@
 //! ```
 
 pub mod app;
+pub mod bricks;
 pub mod cli;
 pub mod compare;
 pub mod cpu;

@@ -4,10 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules, lowest layer first.
-const LAYERS: [&[&str]; 8] = [
+const LAYERS: [&[&str]; 9] = [
     &["geometry", "progress", "words"],
     &["mesh", "volume", "view", "image"],
     &["optics", "format", "octree", "exact", "furniture"],
+    &["bricks"],
     &["cpu", "gpu", "compare", "session"],
     &["render"],
     &["study"],
