@@ -12,17 +12,20 @@
 
 pub mod brick;
 pub mod cache;
+pub mod keys;
 pub mod plane;
 pub mod policy;
 pub mod prefetch;
 pub mod pyramid;
+pub mod simulate;
 pub mod trace;
 pub mod wanted;
 
 pub use brick::{Brick, BrickSource, BrickStatistics};
 pub use cache::{BrickCache, CacheCounters, CacheError, CacheOptions, Stage};
+pub use keys::{KeyMap, KeySet};
 pub use plane::SlicePlane;
-pub use policy::EvictionPolicy;
+pub use policy::{EvictionPolicy, Policy};
 pub use pyramid::{BRICK_EDGE, BrickKey, Pyramid};
-pub use trace::SliceSet;
+pub use trace::{Demand, Motion, Needs, SliceSet, Trace, TraceError};
 pub use wanted::{Detail, DetailRule, wanted};
