@@ -13,6 +13,7 @@
 pub mod brick;
 pub mod cache;
 pub mod keys;
+pub mod memory;
 pub mod plane;
 pub mod policy;
 pub mod prefetch;
@@ -24,6 +25,7 @@ pub mod wanted;
 pub use brick::{Brick, BrickSource, BrickStatistics};
 pub use cache::{BrickCache, CacheCounters, CacheError, CacheOptions, Stage};
 pub use keys::{KeyMap, KeySet};
+pub use memory::GridBricks;
 pub use plane::SlicePlane;
 pub use policy::{EvictionPolicy, Policy};
 pub use pyramid::{BRICK_EDGE, BrickKey, Pyramid};

@@ -1,7 +1,10 @@
 //! Traces tried on policies: what each would have had to load.
 
+mod stalls;
+
 use super::policy::{Optimum, Policy};
-use super::{Demand, EvictionPolicy, KeySet};
+use super::{BrickKey, Demand, EvictionPolicy, KeySet};
+pub use stalls::{Loading, Stages, simulate_loading, simulate_stages};
 
 /// What a policy made of a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -12,6 +15,12 @@ pub struct Outcome {
     pub hits: u64,
     /// Bricks that had to be loaded.
     pub misses: u64,
+    /// Bricks used that the frame before did not use, and those of them that were there.
+    pub fresh: u64,
+    /// See [`Outcome::fresh`].
+    pub fresh_hits: u64,
+    /// Bricks read.
+    pub loads: u64,
     /// Frames that missed at least one brick.
     pub missing_frames: usize,
 }
@@ -20,6 +29,11 @@ impl Outcome {
     /// Hits among all uses, 0 to 1.
     pub fn hit_rate(&self) -> f64 {
         self.hits as f64 / (self.hits + self.misses).max(1) as f64
+    }
+
+    /// Hits among the uses of bricks that the frame before did not use: what keeping the frame before would not bring.
+    pub fn fresh_hit_rate(&self) -> f64 {
+        self.fresh_hits as f64 / self.fresh.max(1) as f64
     }
 
     /// Mean number of bricks loaded in a frame.
@@ -42,6 +56,7 @@ pub fn simulate(demand: &Demand, capacity: usize, pinning: Pinning, policy: &mut
     let mut resident: KeySet = KeySet::default();
     let mut pinned: KeySet = KeySet::default();
     let mut outcome = Outcome { frames: demand.frames.len(), ..Outcome::default() };
+    let mut last: &[BrickKey] = &[];
     for (slices, needs) in &demand.frames {
         policy.frame(slices);
         if pinning == Pinning::Pinned {
@@ -50,12 +65,16 @@ pub fn simulate(demand: &Demand, capacity: usize, pinning: Pinning, policy: &mut
         }
         let before = outcome.misses;
         for &key in needs {
+            let is_fresh = last.binary_search(&key).is_err();
+            outcome.fresh += u64::from(is_fresh);
             if resident.contains(&key) {
                 outcome.hits += 1;
+                outcome.fresh_hits += u64::from(is_fresh);
                 policy.hit(key);
                 continue;
             }
             outcome.misses += 1;
+            outcome.loads += 1;
             if resident.len() >= capacity {
                 let Some(victim) = policy.victim(&|key| !pinned.contains(&key)) else { continue };
                 policy.remove(victim);
@@ -67,6 +86,7 @@ pub fn simulate(demand: &Demand, capacity: usize, pinning: Pinning, policy: &mut
             }
         }
         outcome.missing_frames += usize::from(outcome.misses > before);
+        last = needs;
     }
     outcome
 }

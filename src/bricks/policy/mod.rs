@@ -3,6 +3,7 @@
 //! A policy keeps books of what is resident and proposes what to evict; the cache decides and tells it. The same policies serve the
 //! simulation of traces and the cache in memory.
 
+mod areas;
 mod distance;
 mod forecast;
 mod motion;
@@ -10,6 +11,7 @@ mod optimum;
 mod ordered;
 
 use super::{BrickKey, Pyramid, SliceSet};
+pub use areas::Areas;
 pub use distance::{Mdfo, MdfoParams};
 pub use forecast::Forecast;
 pub use optimum::Optimum;

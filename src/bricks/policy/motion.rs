@@ -2,6 +2,7 @@
 
 use crate::bricks::{BRICK_EDGE, Pyramid, SlicePlane};
 use glam::DVec3;
+use std::collections::VecDeque;
 
 /// The way of one slice so far.
 #[derive(Debug, Clone)]
@@ -10,28 +11,55 @@ pub struct Course {
     size: DVec3,
     /// Positions along the normal, bricks, since the normal last changed; the newest last.
     places: Vec<f64>,
-    /// Bricks moved in a frame, in the long run.
-    pub mobility: f64,
-    /// Direction of the last move.
-    heading: f64,
+    /// Bricks dragged in a frame, in the long run.
+    mobility: f64,
+    /// Jumps in a frame, in the long run.
+    jumps: f64,
+    /// Where jumps ended, sorted, and the same in their order.
+    marks: Vec<f64>,
+    recent: VecDeque<f64>,
+    /// Bricks moved and frames with a move until each of the places.
+    sums: Vec<(f64, u32)>,
     /// After how many frames it repeats itself, if it does.
     period: Option<usize>,
+    /// If it does: frames until it is next at a place, by eighths of a brick from the place that its bin 0 stands for.
+    visits: Vec<u32>,
+    bin0: f64,
+    /// Its way through the volume, bricks.
+    way: f64,
     /// How far bricks reach along the normal, in edges of a brick.
     reach: f64,
 }
 
-/// Places that are remembered.
+/// Mobility before anything has moved, bricks a frame: as long as nothing is known, the distance decides.
+const PRIOR_MOBILITY: f64 = 0.02;
+
+/// Frames over which mobility and jumps are averaged.
+const RUN: [f64; 2] = [100.0, 200.0];
+
+/// A brick that a slice touches is as far away as this, bricks.
+const NEAR: f64 = 0.5;
+
+/// Ends of jumps that are supposed to lie anywhere, beside those that were seen.
+const PRIOR_MARKS: f64 = 4.0;
+
+/// How much what is expected without a period counts where there is one.
+const DOUBT: f64 = 0.1;
+
+/// How far a place may be from the one a period ago, bricks.
+const SLACK: f64 = 0.125;
+
+/// Width of a bin of places, bricks.
+const BIN: f64 = 0.125;
+
+/// Places that are remembered, at least.
 const MEMORY: usize = 4096;
 
-fn param(i: usize, default: f64) -> f64 {
-    use std::sync::OnceLock;
-    static P: OnceLock<Vec<f64>> = OnceLock::new();
-    P.get_or_init(|| std::env::var("P").map(|s| s.split(',').map(|x| x.parse().unwrap_or(f64::NAN)).collect()).unwrap_or_default())
-        .get(i)
-        .copied()
-        .filter(|x| !x.is_nan())
-        .unwrap_or(default)
-}
+/// Ends of jumps that are remembered.
+const MARKS: usize = 256;
+
+/// A slice that moves farther in a frame, in bricks, has jumped.
+const JUMP: f64 = 1.5;
 
 impl Course {
     /// A slice that has not moved yet.
@@ -40,9 +68,15 @@ impl Course {
             plane,
             size: DVec3::from(pyramid.dims(0).map(f64::from)),
             places: Vec::new(),
-            mobility: param(0, 0.02),
-            heading: 0.0,
+            sums: Vec::new(),
+            visits: Vec::new(),
+            bin0: 0.0,
+            mobility: PRIOR_MOBILITY,
+            jumps: 0.0,
+            marks: Vec::new(),
+            recent: VecDeque::new(),
             period: None,
+            way: 1.0,
             reach: 0.0,
         };
         course.start();
@@ -56,8 +90,11 @@ impl Course {
 
     fn start(&mut self) {
         self.reach = (1.0 + 1.0 / f64::from(BRICK_EDGE)) / 2.0 * self.plane.normal.abs().element_sum();
+        self.way = (self.size.dot(self.plane.normal.abs()) / f64::from(BRICK_EDGE)).max(1.0);
         self.places.clear();
         self.places.push(self.plane.point.dot(self.plane.normal) / f64::from(BRICK_EDGE));
+        self.sums.clear();
+        self.sums.push((0.0, 0));
         self.period = None;
     }
 
@@ -75,29 +112,46 @@ impl Course {
         } else {
             old.distance(plane.point) / f64::from(BRICK_EDGE)
         };
-        self.mobility += (step.abs().min(param(1, 1.0)) - self.mobility) / param(2, 100.0);
+        let jumped = step.abs() > JUMP && !turned;
+        let dragged = if jumped { 0.0 } else { step.abs() };
+        self.mobility += (dragged - self.mobility) / RUN[0];
+        self.jumps += (f64::from(u8::from(jumped)) - self.jumps) / RUN[1];
         if turned {
+            self.marks.clear();
+            self.recent.clear();
             self.start();
-            self.heading = 0.0;
             return;
-        }
-        if step != 0.0 {
-            self.heading = step.signum();
         }
         if self.places.len() >= 2 * MEMORY {
             self.places.drain(..MEMORY);
+            self.sums.drain(..MEMORY);
         }
-        self.places.push(self.places[self.places.len() - 1] + step);
+        let place = self.plane.point.dot(self.plane.normal) / f64::from(BRICK_EDGE);
+        let (way, moves) = self.sums[self.sums.len() - 1];
+        self.places.push(place);
+        self.sums.push((way + step.abs(), moves + u32::from(step != 0.0)));
+        if jumped {
+            if self.recent.len() == MARKS
+                && let Some(old) = self.recent.pop_front()
+            {
+                self.marks.remove(self.marks.partition_point(|&mark| mark < old).min(self.marks.len() - 1));
+            }
+            self.recent.push_back(place);
+            self.marks.insert(self.marks.partition_point(|&mark| mark < place), place);
+        }
         self.find_period(step != 0.0);
+        if let Some(lag) = self.period {
+            self.foresee(lag);
+        }
     }
 
+    /// Looks whether the last frames are what they were some frames before: at least a quarter of that, with a way of a brick or more.
     fn find_period(&mut self, moves: bool) {
         let last = self.places.len() - 1;
-        let matches = |lag: usize, back: usize, slack: f64| {
-            last >= back + lag && (self.places[last - back] - self.places[last - back - lag]).abs() <= slack
-        };
+        let matches = |lag: usize, back: usize, slack: f64| (self.places[last - back] - self.places[last - back - lag]).abs() <= slack;
         if let Some(lag) = self.period {
-            if !matches(lag, 0, 0.125) {
+            // The memory may just have been cut.
+            if last < lag || !matches(lag, 0, SLACK) {
                 self.period = None;
             }
             return;
@@ -106,17 +160,29 @@ impl Course {
             return;
         }
         self.period = (2..=last).find(|&lag| {
-            if !matches(lag, 0, 0.125) {
-                return false;
-            }
             let window = (lag / 4).max(8);
-            if last < lag + window {
+            if last <= lag + window || !matches(lag, 0, SLACK) {
                 return false;
             }
-            let way: f64 = (0..window).map(|back| (self.places[last - back] - self.places[last - back - 1]).abs()).sum();
-            let slack = (way / window as f64 / 2.0).min(0.125);
-            way >= 1.0 && (0..=window).all(|back| matches(lag, back, slack))
+            let way = self.sums[last].0 - self.sums[last - window].0;
+            let moved = self.sums[last].1 - self.sums[last - window].1;
+            // Slower motion must match better, or every slow one would repeat itself at once.
+            let slack = (way / window as f64 / 2.0).min(SLACK);
+            way >= 1.0 && moved >= 4 && (0..=window).all(|back| matches(lag, back, slack))
         });
+    }
+
+    /// Writes down when the slice will next be where, if it goes on as it did a period ago.
+    fn foresee(&mut self, lag: usize) {
+        let cycle = &self.places[self.places.len() - lag..];
+        let (low, high) = cycle.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+        self.bin0 = low;
+        self.visits.clear();
+        self.visits.resize(((high - low) / BIN) as usize + 1, u32::MAX);
+        for (place, k) in cycle.iter().zip(1..) {
+            let bin = &mut self.visits[((place - low) / BIN) as usize];
+            *bin = k.min(*bin);
+        }
     }
 
     /// How often the slice is expected to meet a brick, times a frame, and whether it cuts it now. The brick's middle lies `offset` bricks of
@@ -124,15 +190,23 @@ impl Course {
     pub fn rate(&self, offset: f64, size: f64) -> (f32, bool) {
         let reach = self.reach * size;
         let way = offset.abs() - reach;
-        if let Some(lag) = self.period {
-            let last = self.places.len() - 1;
-            let here = self.places[last];
-            let target = here + offset;
-            let first = (1..=lag).find(|k| (self.places[last + k - lag] - target).abs() < reach);
-            return (first.map_or(0.0, |k| 1.0 / k as f32), way < 0.0);
+        let mut rate = self.chance(offset, way, reach);
+        if self.period.is_some() {
+            let target = self.places[self.places.len() - 1] + offset - self.bin0;
+            let bins =
+                ((target - reach) / BIN).ceil().max(0.0) as usize..(((target + reach) / BIN).max(0.0) as usize).min(self.visits.len());
+            let soonest = self.visits.get(bins).and_then(|bins| bins.iter().min()).filter(|&&k| k < u32::MAX);
+            rate = DOUBT * rate + soonest.map_or(0.0, |&k| 1.0 / f64::from(k));
         }
-        let behind = if offset * self.heading < 0.0 { param(3, 1.0) } else { 1.0 };
-        let far = way.max(0.0) * behind + param(4, 0.5);
-        ((self.mobility / far.powf(param(5, 1.0))) as f32, way < 0.0)
+        (rate as f32, way < 0.0)
+    }
+
+    /// The same where nothing repeats itself.
+    fn chance(&self, offset: f64, way: f64, reach: f64) -> f64 {
+        let target = self.places[self.places.len() - 1] + offset;
+        let marked = self.marks.partition_point(|&mark| mark < target + reach) - self.marks.partition_point(|&mark| mark < target - reach);
+        let anywhere = 2.0 * reach / self.way;
+        let hit = (marked as f64 + PRIOR_MARKS * anywhere) / (self.marks.len() as f64 + PRIOR_MARKS);
+        self.mobility / (way.max(0.0) + NEAR) + self.jumps * hit
     }
 }
