@@ -13,7 +13,13 @@
 pub mod brick;
 pub mod plane;
 pub mod pyramid;
+pub mod sample;
+pub mod slice;
+pub mod store;
 
 pub use brick::{Brick, BrickSource, BrickStatistics};
 pub use plane::SlicePlane;
 pub use pyramid::{BRICK_EDGE, BrickKey, Pyramid};
+pub use sample::Interpolation;
+pub use slice::{Slice, SliceFrame};
+pub use store::{Store, StoreError};
