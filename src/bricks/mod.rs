@@ -11,15 +11,24 @@
 //! `2^l j .. 2^l (j + 1)` of level 0, and has its middle at `2^l (j + 1/2) - 1/2`. The paper counts levels the other way, from the coarsest.
 
 pub mod brick;
+pub mod cache;
 pub mod plane;
+pub mod policy;
+pub mod prefetch;
 pub mod pyramid;
 pub mod sample;
 pub mod slice;
 pub mod store;
+pub mod trace;
+pub mod wanted;
 
 pub use brick::{Brick, BrickSource, BrickStatistics};
+pub use cache::{BrickCache, CacheCounters, CacheError, CacheOptions, Stage};
 pub use plane::SlicePlane;
+pub use policy::EvictionPolicy;
 pub use pyramid::{BRICK_EDGE, BrickKey, Pyramid};
 pub use sample::Interpolation;
 pub use slice::{Slice, SliceFrame};
 pub use store::{Store, StoreError};
+pub use trace::SliceSet;
+pub use wanted::{Detail, DetailRule, wanted};
