@@ -100,3 +100,50 @@ pub fn simulate_policy(demand: &Demand, capacity: usize, pinning: Pinning, polic
 pub fn simulate_optimum(demand: &Demand, capacity: usize, pinning: Pinning) -> Outcome {
     simulate(demand, capacity, pinning, &mut Optimum::new(demand))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bricks::{Needs, SlicePlane, SliceSet, Trace};
+
+    /// One slice across x, moved by a voxel a frame.
+    fn sweep(frames: u32) -> Demand {
+        let frame = |k: u32| SliceSet { planes: vec![SlicePlane::across(0, f64::from(k))], moving: Some(0) };
+        Trace { name: String::new(), dims: [640, 256, 256], frames: (0..frames).map(frame).collect() }.demand(Needs::Level(0))
+    }
+
+    #[test]
+    fn a_sweep_stalls_at_every_plane_of_bricks_unless_it_is_read_ahead() {
+        let demand = sweep(640);
+        let run = |bandwidth, prefetch| {
+            let loading = Loading { capacity: 64, bandwidth, prefetch };
+            simulate_loading(&demand, loading, &mut *Policy::Forecast.build(&demand.pyramid))
+        };
+        // 16 bricks a plane, 9 planes to come: at 4 bricks a frame four frames each lack something.
+        let without = run(4, None);
+        assert_eq!((without.missing_frames, without.loads), (36, 144));
+        let with = run(4, Some(0));
+        assert_eq!((with.missing_frames, with.loads), (0, 144));
+        // Not even looking ahead helps where less is read than passed.
+        assert!(run(0, Some(0)).missing_frames > 500);
+    }
+
+    #[test]
+    fn two_stages_never_wait_and_read_at_rest_only() {
+        let mut demand = sweep(130);
+        let resting = demand.frames[129].clone();
+        demand.frames.extend((0..6).map(|_| (SliceSet { moving: None, ..resting.0.clone() }, resting.1.clone())));
+        let stages = simulate_stages(&demand, 64, 4, || Policy::Lru.build(&demand.pyramid));
+        // One stage reads planes 0, 1 and 2 as they come; two stages read plane 2 at rest, in four frames of six.
+        assert_eq!((stages.waiting_frames, stages.single_loads, stages.longest_wait), (3, 48, 4.0));
+        assert_eq!((stages.two_loads, stages.resting_frames, stages.refined_frames), (16, 6, 3));
+    }
+
+    #[test]
+    fn fresh_uses_are_those_of_bricks_that_the_frame_before_did_without() {
+        let demand = sweep(129);
+        let outcome = simulate_policy(&demand, 100, Pinning::Pinned, Policy::Lru);
+        assert_eq!((outcome.fresh, outcome.fresh_hits, outcome.misses), (48, 0, 48));
+        assert_eq!(outcome.missing_frames, 3);
+    }
+}

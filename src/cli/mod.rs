@@ -21,6 +21,7 @@ mod sequence;
 mod session;
 mod skip_table;
 mod slice;
+mod slice_bench;
 mod steps;
 mod subject;
 mod transfer;

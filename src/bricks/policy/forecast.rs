@@ -27,6 +27,8 @@ pub struct Forecast {
     /// Evictions since then.
     taken: usize,
     made: u64,
+    /// The frame in which nothing may go any more; 0 is before the first.
+    spent: u64,
 }
 
 /// The rate of what the current frame uses.
@@ -45,6 +47,7 @@ impl Forecast {
             bar: 0.0,
             taken: 0,
             made: 0,
+            spent: 0,
         }
     }
 
@@ -62,18 +65,36 @@ impl Forecast {
         if is_cut && used + 1 >= self.frame { NOW } else { rate + 1e-9 * used as f32 / self.frame as f32 }
     }
 
-    fn fill_pool(&mut self) {
-        let mut all: Vec<(f32, BrickKey)> = self.bricks.iter().map(|&(key, used)| (self.rate(key, used), key)).collect();
-        let count = (all.len() / 16).max(64).min(all.len());
+    /// Looks for the worst bricks, of those that pass.
+    fn fill_pool(&mut self, share: usize, passes: impl Fn(BrickKey) -> bool) {
+        let mut all: Vec<(f32, BrickKey)> =
+            self.bricks.iter().filter(|brick| passes(brick.0)).map(|&(key, used)| (self.rate(key, used), key)).collect();
+        let count = (all.len() / share).max(64).min(all.len());
         if count < all.len() {
             all.select_nth_unstable_by(count, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             all.truncate(count);
         }
         all.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(b.1.cmp(&a.1)));
-        self.bar = all.first().map_or(0.0, |worst| worst.0);
+        self.bar = all.first().map_or(0.0, |best| best.0);
         self.pool = all;
         self.taken = 0;
         self.made = self.frame;
+    }
+
+    /// Takes from the pool what may go.
+    fn take(&mut self, may: &dyn Fn(BrickKey) -> bool) -> Option<BrickKey> {
+        while let Some((_, key)) = self.pool.pop() {
+            let Some(&slot) = self.slots.get(&key) else { continue };
+            // What has become better than all that was looked at is left.
+            if self.made != self.frame && self.rate(key, self.bricks[slot].1) > self.bar {
+                continue;
+            }
+            if may(key) {
+                self.taken += 1;
+                return Some(key);
+            }
+        }
+        None
     }
 }
 
@@ -117,22 +138,22 @@ impl EvictionPolicy for Forecast {
         if self.made != self.frame && self.taken >= (self.bricks.len() / 256).max(16) {
             self.pool.clear();
         }
-        for _ in 0..2 {
-            while let Some((_, key)) = self.pool.pop() {
-                let Some(&slot) = self.slots.get(&key) else { continue };
-                if self.made != self.frame && self.rate(key, self.bricks[slot].1) > self.bar {
-                    continue;
-                }
-                if may(key) {
-                    self.taken += 1;
-                    return Some(key);
-                }
-            }
-            self.fill_pool();
+        if let Some(key) = self.take(may) {
+            return Some(key);
         }
-        // Nothing of the worst may go: all are looked at.
-        let mut all: Vec<(f32, BrickKey)> = self.bricks.iter().map(|&(key, used)| (self.rate(key, used), key)).collect();
-        all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        all.into_iter().map(|(_, key)| key).find(|&key| may(key))
+        if self.spent == self.frame {
+            return None;
+        }
+        self.fill_pool(16, |_| true);
+        if let Some(key) = self.take(may) {
+            return Some(key);
+        }
+        // Nothing of the worst may go: of the others, all that may are kept at hand.
+        self.fill_pool(1, may);
+        let found = self.take(may);
+        if found.is_none() {
+            self.spent = self.frame;
+        }
+        found
     }
 }

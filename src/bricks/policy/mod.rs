@@ -39,7 +39,6 @@ pub trait EvictionPolicy: Send + Debug {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Policy {
     /// Least recently used first.
-    #[default]
     Lru,
     /// Least frequently used first.
     Lfu,
@@ -50,12 +49,25 @@ pub enum Policy {
     /// Farthest from all slices first.
     Distance,
     /// Our own: least likely to be needed soon, by how the slices have moved.
+    #[default]
     Forecast,
 }
 
 impl Policy {
     /// All of them.
     pub const ALL: [Policy; 6] = [Policy::Lru, Policy::Lfu, Policy::Fifo, Policy::Mdfo, Policy::Distance, Policy::Forecast];
+
+    /// What it is called, as its [`EvictionPolicy::name`].
+    pub fn name(self) -> &'static str {
+        match self {
+            Policy::Lru => "LRU",
+            Policy::Lfu => "LFU",
+            Policy::Fifo => "FIFO",
+            Policy::Mdfo => "MDFO",
+            Policy::Distance => "distance",
+            Policy::Forecast => "forecast",
+        }
+    }
 
     /// The policy with empty books.
     pub fn build(self, pyramid: &Pyramid) -> Box<dyn EvictionPolicy> {
@@ -69,3 +81,6 @@ impl Policy {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -44,7 +44,7 @@ const NEAR: f64 = 0.5;
 const PRIOR_MARKS: f64 = 4.0;
 
 /// How much what is expected without a period counts where there is one.
-const DOUBT: f64 = 0.1;
+const DOUBT: f64 = 1e-3;
 
 /// How far a place may be from the one a period ago, bricks.
 const SLACK: f64 = 0.125;

@@ -43,6 +43,8 @@ pub enum Motion {
     PaperJumps,
     /// By hand: now one slice, now another is dragged to a random place, gently, and rests a while.
     Scrub,
+    /// The same at one voxel a frame.
+    VoxelScrub,
     /// One slice sweeps to and fro, a third of a brick a frame.
     PingPong,
     /// One slice runs from end to end, half a brick a frame, and starts again.
@@ -75,6 +77,7 @@ impl Motion {
             Motion::Paper => "paper",
             Motion::PaperJumps => "paper, jumps",
             Motion::Scrub => "scrub",
+            Motion::VoxelScrub => "scrub by voxels",
             Motion::PingPong => "ping-pong",
             Motion::Loop => "loop",
             Motion::Jump => "jump",
@@ -84,7 +87,9 @@ impl Motion {
         match self {
             Motion::Paper => stage.paper(true),
             Motion::PaperJumps => stage.paper(false),
-            Motion::Scrub => stage.scrub(frames),
+            Motion::Scrub => stage.scrub(frames, 3.0),
+            // At the fastest.
+            Motion::VoxelScrub => stage.scrub(frames, 1.5 * f64::from(BRICK_EDGE)),
             Motion::PingPong => stage.sweep(frames, |t| 1.0 - (t % 2.0 - 1.0).abs(), 1.0 / 3.0),
             Motion::Loop => stage.sweep(frames, f64::fract, 0.5),
             Motion::Jump => stage.jump(frames, 0),
@@ -116,16 +121,19 @@ impl Stage {
     fn frame(&mut self) {
         let mut planes: Vec<SlicePlane> = (0..3).map(|axis| SlicePlane::across(axis, self.at[axis] * self.size[axis])).collect();
         if self.oblique {
-            let (sin, cos) = self.turn.sin_cos();
-            let normal = DVec3::new(0.8 * cos, 0.8 * sin, 0.6);
-            planes.extend(SlicePlane::new(self.size * self.at[3], normal));
+            planes.extend(SlicePlane::new(self.size * self.at[3], self.oblique_normal()));
         }
         self.frames.push(SliceSet { planes, moving: self.moving });
     }
 
+    fn oblique_normal(&self) -> DVec3 {
+        let (sin, cos) = self.turn.sin_cos();
+        DVec3::new(0.8 * cos, 0.8 * sin, 0.6)
+    }
+
     /// Bricks along the way of a slice.
     fn bricks(&self, slice: usize) -> f64 {
-        let way = if slice < 3 { self.size[slice] } else { self.size.min_element() };
+        let way = if slice < 3 { self.size[slice] } else { self.size.dot(self.oblique_normal().abs()) };
         (way / f64::from(BRICK_EDGE)).max(1.0)
     }
 
@@ -148,12 +156,12 @@ impl Stage {
         }
     }
 
-    fn scrub(&mut self, frames: usize) {
+    /// `slowness`: frames a brick on average; in the middle of a move it is half as fast again.
+    fn scrub(&mut self, frames: usize, slowness: f64) {
         while self.frames.len() < frames {
             let slice = self.random.below(4);
             let (from, to) = (self.at[slice], self.random.unit());
-            // Half a brick a frame at the fastest.
-            let steps = ((to - from).abs() * self.bricks(slice) * 3.0).ceil().max(4.0);
+            let steps = ((to - from).abs() * self.bricks(slice) * slowness).ceil().max(4.0);
             self.moving = Some(slice);
             for k in 1..=steps as usize {
                 let t = k as f64 / steps;
