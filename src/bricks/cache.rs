@@ -195,6 +195,8 @@ impl Shared {
         let mut state = self.lock();
         while !state.closing {
             let Some(key) = state.next_load() else {
+                // What was left of the requests may have been refused.
+                self.done.notify_all();
                 state = self.work.wait(state).unwrap_or_else(PoisonError::into_inner);
                 continue;
             };
@@ -211,3 +213,6 @@ impl Shared {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

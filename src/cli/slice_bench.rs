@@ -3,14 +3,13 @@
 use super::args::check_outputs_beside;
 use super::long_work::with_bar;
 use crate::bricks::simulate::Pinning;
-use crate::bricks::{BrickSource, Demand, GridBricks, Motion, Store, Trace};
+use crate::bricks::{BrickSource, Demand, Motion, Pyramid, Store, Trace};
 use crate::image::write_atomically;
 use crate::progress::Progress;
 use crate::study::slices::{
     AREA_RATIOS, AreaRow, DetailRow, PAPER_CACHE, PAPER_VOLUMES, PolicyRow, RATIOS, StageRow, StallRow, by_optimum, paper_demand,
-    recorded_demand, slow_scrub, standard_demands, try_areas, try_detail, try_policies, try_prefetch, try_stages,
+    recorded_demand, shell_statistics, slow_scrub, standard_demands, try_areas, try_detail, try_policies, try_prefetch, try_stages,
 };
-use crate::volume::generate::shell;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde_json::{Value, json};
@@ -60,9 +59,9 @@ impl SliceBenchArgs {
             (None, Some(edge)) => {
                 self.paper(&mut report)?;
                 self.volume([edge; 3], size_of::<f32>(), &mut report)?;
-                let grid = shell(edge.min(512)).context("the shell")?;
-                report.line(&format!("\nhollow shell, {0} x {0} x {0} voxels", edge.min(512)))?;
-                report.detail(&try_detail(&GridBricks::new(&grid), 8))?;
+                report.line(&format!("\nrefined slices of a hollow shell, {edge} x {edge} x {edge} voxels of 1 byte"))?;
+                let known = |key| Some(shell_statistics(edge, key));
+                report.detail(&try_detail(&Pyramid::new([edge; 3]), [0.0, 255.0], 1, known, 8))?;
             }
             (None, None) => bail!("one of --slices and --synthetic is needed"),
         }
@@ -91,8 +90,8 @@ impl SliceBenchArgs {
     fn store(&self, path: &Path, report: &mut Report) -> Result<()> {
         let store = Store::open(path)?;
         self.volume(store.pyramid().dims(0), store.voxel_bytes(), report)?;
-        report.line(&format!("\n{}", path.display()))?;
-        report.detail(&try_detail(&store, 8))
+        report.line(&format!("\nrefined slices of {}", path.display()))?;
+        report.detail(&try_detail(store.pyramid(), store.range(), store.voxel_bytes(), |key| store.statistics(key), 8))
     }
 
     /// A recorded trace, at the finest level whose frames have as many bricks as the paper's cache.
@@ -130,7 +129,7 @@ impl SliceBenchArgs {
         let demands = standard_demands(dims, frames, self.seed);
         self.policies(&demands, voxel_bytes, report)?;
         let slow = slow_scrub(dims, 4 * frames, self.seed);
-        let plane = crate::bricks::Pyramid::new(dims).brick_count(0) as f64 / f64::from(crate::bricks::Pyramid::new(dims).bricks(0)[0]);
+        let plane = Pyramid::new(dims).brick_count(0) as f64 / f64::from(Pyramid::new(dims).bricks(0)[0]);
         // Bricks a frame with which a plane of bricks is read in a half, a quarter and so on of the time that a slice takes through it.
         let bandwidths: Vec<usize> = [2.0, 3.0, 4.0, 8.0].map(|share| (plane * share / 64.0).ceil() as usize).to_vec();
         let stalls = with_bar(|progress: &Progress| try_prefetch(&slow, &bandwidths, progress))?;
@@ -261,7 +260,7 @@ impl Report {
     }
 
     fn detail(&mut self, rows: &[DetailRow]) -> Result<()> {
-        self.line("refined                          bricks a slice  MiB a slice  saved")?;
+        self.line("rule                             bricks a slice  MiB a slice  saved")?;
         for row in rows {
             let mib = row.bytes / f64::from(1 << 20);
             self.line(&format!("{:<32} {:>14.1} {mib:>12.1} {:>4.0} %", row.rule, row.bricks, 100.0 * row.saved))?;

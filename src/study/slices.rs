@@ -2,7 +2,9 @@
 
 use crate::bricks::policy::Areas;
 use crate::bricks::simulate::{Loading, Outcome, Pinning, simulate, simulate_loading, simulate_optimum, simulate_policy, simulate_stages};
-use crate::bricks::{BRICK_EDGE, BrickSource, Demand, Detail, DetailRule, Motion, Needs, Policy, Pyramid, SlicePlane, Trace, wanted};
+use crate::bricks::{
+    BRICK_EDGE, BrickKey, BrickStatistics, Demand, Detail, DetailRule, Motion, Needs, Policy, Pyramid, SlicePlane, Trace, wanted,
+};
 use crate::progress::{Cancelled, Progress};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -214,21 +216,26 @@ pub struct DetailRow {
     pub saved: f64,
 }
 
-/// Bricks read to the refined pictures of slices across each axis through a source, at so many places evenly, by several rules. Each picture
-/// counts for itself, as if the cache were empty.
-pub fn try_detail(source: &dyn BrickSource, places: usize) -> Vec<DetailRow> {
+/// Bricks read to the refined pictures of slices across each axis of a volume, at so many places evenly, by several rules. Each picture counts
+/// for itself, as if the cache were empty.
+pub fn try_detail(
+    pyramid: &Pyramid,
+    range: [f64; 2],
+    voxel_bytes: usize,
+    statistics: impl Fn(BrickKey) -> Option<BrickStatistics> + Sync,
+    places: usize,
+) -> Vec<DetailRow> {
     let rules = [
         ("everything", DetailRule::EVERYTHING),
         ("entropy > 0.1, or beyond 1/255", DetailRule::default()),
         ("beyond 1/255 alone", DetailRule { min_entropy: 8.0, ..DetailRule::default() }),
         ("entropy > 0.1 alone (paper)", DetailRule::entropy(0.1)),
     ];
-    let pyramid = source.pyramid();
     let size = DVec3::from(pyramid.dims(0).map(|n| f64::from(n) - 1.0));
-    let brick_bytes = (u64::from(BRICK_EDGE).pow(3) * source.voxel_bytes() as u64) as f64;
+    let brick_bytes = (u64::from(BRICK_EDGE).pow(3) * voxel_bytes as u64) as f64;
     let mut rows: Vec<DetailRow> = Vec::new();
     for (rule, of) in rules {
-        let detail = Detail::of(source, of);
+        let detail = Detail::new(pyramid, range, &statistics, of);
         let mut bricks = 0;
         for axis in 0..3 {
             for k in 0..places {
@@ -241,6 +248,21 @@ pub fn try_detail(source: &dyn BrickSource, places: usize) -> Vec<DetailRow> {
         rows.push(DetailRow { rule, bricks, bytes: bricks * brick_bytes, saved: 1.0 - bricks / all });
     }
     rows
+}
+
+/// What is known of the bricks of the hollow shell of [`crate::volume::generate::shell`] with `edge` voxels a side without making it: its wall ends
+/// where the value rounds to 0, and lies between two spheres. A brick that may meet the wall counts as if it held everything.
+pub fn shell_statistics(edge: u32, key: BrickKey) -> BrickStatistics {
+    const WALL: [f64; 2] = [0.78 - 0.07 - 0.1125, 0.78 + 0.07 + 0.1125];
+    let to_shell = 2.0 / (f64::from(edge) - 1.0);
+    let first = (DVec3::from(key.at.map(f64::from)) * key.voxel_size() * f64::from(BRICK_EDGE)) * to_shell - 1.0;
+    let last = (first + (key.voxel_size() * f64::from(BRICK_EDGE) - 1.0) * to_shell).min(DVec3::ONE);
+    let nearest = DVec3::ZERO.clamp(first, last).length();
+    let farthest = first.abs().max(last.abs()).length();
+    match farthest < WALL[0] || nearest > WALL[1] {
+        true => BrickStatistics { range: [0.0; 2], entropy: 0.0 },
+        false => BrickStatistics { range: [0.0, 255.0], entropy: 8.0 },
+    }
 }
 
 /// Slices dragged by one voxel a frame to random places, for [`try_prefetch`].
@@ -271,4 +293,51 @@ pub fn recorded_demand(trace: &Trace, most: usize) -> Demand {
 pub fn by_optimum(rows: &[PolicyRow], policy: &str) -> (f64, f64) {
     let of: Vec<f64> = rows.iter().filter(|row| row.policy == policy).map(|row| row.by_optimum).collect();
     (of.iter().sum::<f64>() / of.len().max(1) as f64, of.iter().copied().fold(0.0, f64::max))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bricks::{BrickSource, GridBricks};
+    use crate::volume::generate::shell;
+
+    #[test]
+    fn what_is_said_of_the_shell_holds() {
+        let edge = 300;
+        let source = GridBricks::new(&shell(edge).expect("a shell"));
+        let mut flat = 0;
+        for level in 0..source.pyramid().levels() {
+            for key in source.pyramid().keys(level) {
+                let (said, found) = (shell_statistics(edge, key), source.statistics(key).expect("statistics"));
+                assert!(
+                    said.range[0] <= found.range[0] && said.range[1] >= found.range[1] && said.entropy >= found.entropy,
+                    "{key:?} {found:?}"
+                );
+                flat += u32::from(said.entropy == 0.0);
+            }
+        }
+        assert!(flat > 5, "{flat}");
+    }
+
+    #[test]
+    fn flat_regions_save_bricks_and_entropy_alone_saves_no_fewer() {
+        let pyramid = Pyramid::new([2048; 3]);
+        let rows = try_detail(&pyramid, [0.0, 255.0], 1, |key| Some(shell_statistics(2048, key)), 4);
+        assert_eq!((rows[0].bricks, rows[0].saved), (1024.0, 0.0));
+        assert!(rows[1].saved > 0.1 && rows[3].saved >= rows[1].saved && rows[2].saved >= rows[1].saved, "{rows:?}");
+    }
+
+    #[test]
+    fn every_policy_has_a_row_and_the_optimum_is_the_last() {
+        let demand = Motion::Scrub.trace([320; 3], 40, 1).demand(Needs::Level(0));
+        let capacity = demand.frame_set() * 3 / 2;
+        let rows = try_policies(&demand, capacity, Pinning::Pinned, 4, &Progress::new()).expect("not cancelled");
+        assert_eq!((rows.len(), rows[6].policy, rows[6].by_optimum), (7, "optimum", 1.0));
+        assert!(rows.iter().all(|row| row.by_optimum >= 1.0 && row.bytes_per_frame == row.misses_per_frame * f64::from(1 << 20)));
+        let cancelled = Progress::new();
+        cancelled.cancel();
+        assert!(try_policies(&demand, capacity, Pinning::Pinned, 4, &cancelled).is_err());
+        let recorded = recorded_demand(&Motion::Scrub.trace([1000; 3], 20, 1), 300);
+        assert!(recorded.frame_set() <= 300 && recorded.frames[0].1.iter().all(|key| key.level == 1));
+    }
 }

@@ -87,6 +87,12 @@ impl State {
         self.resident.len() as u64 * self.brick_bytes
     }
 
+    /// Bricks that are there or on their way.
+    #[cfg(test)]
+    pub(super) fn taken(&self) -> usize {
+        self.resident.len() + self.loading.len()
+    }
+
     pub(super) fn is_resident(&self, key: BrickKey) -> bool {
         self.resident.contains_key(&key)
     }
