@@ -9,30 +9,34 @@ use rayon::prelude::*;
 pub struct DetailRule {
     /// Bricks with more entropy than so many bits are refined, 0 to 8. The paper's is 0.1. Below 0, every brick is.
     pub min_entropy: f32,
-    /// How far the values beneath a brick and next to it may lie apart, as a share of the range of the volume. Infinite: entropy alone
+    /// How far the values beneath a brick may lie apart, as a share of the range of the volume. Infinite: entropy alone
     /// decides, as in the paper, and a few voxels that stand out may be lost.
     pub tolerance: f64,
+    /// Whether what is next to a brick must be within the tolerance as well. It must where values between voxels are interpolated and bricks of
+    /// several levels meet; where each voxel is taken from the finest brick that is there, before any interpolation, or where pixels lie on
+    /// voxels, the brick's own values are enough.
+    pub margin: bool,
 }
 
 impl Default for DetailRule {
     fn default() -> Self {
-        DetailRule { min_entropy: 0.1, tolerance: 1.0 / 255.0 }
+        DetailRule { min_entropy: 0.1, tolerance: 1.0 / 255.0, margin: true }
     }
 }
 
 impl DetailRule {
     /// The paper's rule: entropy alone.
     pub fn entropy(min_entropy: f32) -> Self {
-        DetailRule { min_entropy, tolerance: f64::INFINITY }
+        DetailRule { min_entropy, tolerance: f64::INFINITY, margin: false }
     }
 
     /// Everything is refined.
-    pub const EVERYTHING: DetailRule = DetailRule { min_entropy: -1.0, tolerance: 0.0 };
+    pub const EVERYTHING: DetailRule = DetailRule { min_entropy: -1.0, tolerance: 0.0, margin: true };
 }
 
 /// Which bricks need no finer ones.
 ///
-/// The values beneath a brick are those of level 0 that it is the mean of. Where they and those of the bricks of level 0 around them all lie within the tolerance, so do all means of them, the voxels next to the brick on its own level, and everything
+/// The values beneath a brick are those of level 0 that it is the mean of. Where they, and with a margin those of the bricks of level 0 around them all lie within the tolerance, so do all means of them, the voxels next to the brick on its own level, and everything
 /// interpolated from any of these: whatever a finer level would show inside the brick, it differs by no more than the tolerance. The range of
 /// the means would not do: values that alternate have a mean without range. Entropy alone would not do either: one voxel in a hundred can
 /// hold anything at 0.08 bits.
@@ -59,7 +63,7 @@ impl Detail {
             }
             let mut span = Span::of(own.range);
             span.within(spread)
-                && beneath_and_around(pyramid, key).all(|near| {
+                && beneath_and_around(pyramid, key, rule.margin).all(|near| {
                     let Some(near) = statistics(near) else { return false };
                     span = span.with(Span::of(near.range));
                     span.within(spread)
@@ -86,9 +90,9 @@ impl Detail {
     }
 }
 
-/// The bricks of level 0 beneath a brick and around it: as many rows as a voxel of its level takes in.
-fn beneath_and_around(pyramid: &Pyramid, key: BrickKey) -> impl Iterator<Item = BrickKey> {
-    let rows = (1u64 << key.level).div_ceil(u64::from(BRICK_EDGE));
+/// The bricks of level 0 beneath a brick, and with a margin those around it: as many rows as a voxel of its level takes in.
+fn beneath_and_around(pyramid: &Pyramid, key: BrickKey, margin: bool) -> impl Iterator<Item = BrickKey> {
+    let rows = if margin { (1u64 << key.level).div_ceil(u64::from(BRICK_EDGE)) } else { 0 };
     let counts = pyramid.bricks(0).map(u64::from);
     let [x, y, z] = [0, 1, 2].map(|axis| {
         let [first, end] = [0, 1].map(|more| (u64::from(key.at[axis]) + more) << key.level);
@@ -183,6 +187,11 @@ mod tests {
         assert_eq!(keys(&source, plane, DetailRule::entropy(0.1)), vec![top]);
         // The odd voxel lies in brick 3 along x; brick 0 of level 1 is next to brick 2 at most.
         assert_eq!(keys(&source, plane, DetailRule::default()), vec![BrickKey { level: 1, at: [0; 3] }]);
+        // A slice through brick 2: brick 1 of level 1 holds the odd voxel, brick 0 is next to brick 2, where all is flat.
+        let beside = grid([256, 128, 128], |x, _, _| if x == 130 { 1.0 } else { 0.0 });
+        let refined = beside.pyramid().cut(&plane, 0);
+        assert_eq!(keys(&beside, plane, DetailRule::default()), refined);
+        assert_eq!(keys(&beside, plane, DetailRule { margin: false, ..DetailRule::default() }), vec![BrickKey { level: 1, at: [0; 3] }]);
         let flat = grid([256, 128, 128], |_, _, _| 2.0);
         assert_eq!(keys(&flat, plane, DetailRule::default()), vec![top]);
         // Where statistics cannot be read, all is refined.

@@ -135,7 +135,7 @@ impl EvictionPolicy for Forecast {
     }
 
     fn victim(&mut self, may: &dyn Fn(BrickKey) -> bool) -> Option<BrickKey> {
-        if self.made != self.frame && self.taken >= (self.bricks.len() / 256).max(16) {
+        if self.made != self.frame && self.taken >= (self.bricks.len() / 48).max(16) {
             self.pool.clear();
         }
         if let Some(key) = self.take(may) {

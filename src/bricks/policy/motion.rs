@@ -203,10 +203,14 @@ impl Course {
 
     /// The same where nothing repeats itself.
     fn chance(&self, offset: f64, way: f64, reach: f64) -> f64 {
+        let dragged = self.mobility / (way.max(0.0) + NEAR);
+        if self.marks.is_empty() {
+            return dragged;
+        }
         let target = self.places[self.places.len() - 1] + offset;
         let marked = self.marks.partition_point(|&mark| mark < target + reach) - self.marks.partition_point(|&mark| mark < target - reach);
         let anywhere = 2.0 * reach / self.way;
         let hit = (marked as f64 + PRIOR_MARKS * anywhere) / (self.marks.len() as f64 + PRIOR_MARKS);
-        self.mobility / (way.max(0.0) + NEAR) + self.jumps * hit
+        dragged + self.jumps * hit
     }
 }
