@@ -46,6 +46,8 @@ pub struct CacheCounters {
     pub prefetches: u64,
     /// Bytes of the bricks read.
     pub bytes: u64,
+    /// Bytes of bricks at most at any time, those being loaded counted as whole ones.
+    pub peak_bytes: u64,
     /// Bricks that left.
     pub evictions: u64,
     /// Requests that were replaced before they were begun.

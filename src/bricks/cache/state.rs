@@ -87,12 +87,6 @@ impl State {
         self.resident.len() as u64 * self.brick_bytes
     }
 
-    /// Bricks that are there or on their way.
-    #[cfg(test)]
-    pub(super) fn taken(&self) -> usize {
-        self.resident.len() + self.loading.len()
-    }
-
     pub(super) fn is_resident(&self, key: BrickKey) -> bool {
         self.resident.contains_key(&key)
     }
@@ -161,8 +155,15 @@ impl State {
 
     /// The next brick to read. There is room for it, and it is marked as being loaded.
     pub(super) fn next_load(&mut self) -> Option<BrickKey> {
+        let key = self.choose()?;
+        self.loading.insert(key);
+        let taken = (self.resident.len() + self.loading.len()) as u64 * self.brick_bytes;
+        self.counters.peak_bytes = self.counters.peak_bytes.max(taken);
+        Some(key)
+    }
+
+    fn choose(&mut self) -> Option<BrickKey> {
         if let Some(key) = self.coarse.pop_front() {
-            self.loading.insert(key);
             return Some(key);
         }
         while self.stage == Stage::Refinement
@@ -170,7 +171,6 @@ impl State {
         {
             if self.is_open(key) {
                 if self.make_room() {
-                    self.loading.insert(key);
                     return Some(key);
                 }
                 self.counters.refused += 1;
@@ -180,7 +180,6 @@ impl State {
             // What is loaded ahead takes no more than half of what the frame leaves.
             let room = self.capacity.saturating_sub(self.pinned.len()) / 2;
             if self.is_open(key) && self.fetched.len() < room && self.make_room() {
-                self.loading.insert(key);
                 self.fetched.insert(key);
                 self.counters.prefetches += 1;
                 return Some(key);
