@@ -164,6 +164,8 @@ fn line_numbers_are_where_the_options_say_or_where_they_usually_are() {
     file.line_bytes = [9, 21];
     (1..).zip(&mut file.traces).for_each(|(n, trace)| (trace.inline, trace.crossline) = (n, 1000 + n));
     assert!(file.error(&SegyOptions::default()).contains("byte 189"));
+    (0..).zip(&mut file.traces).for_each(|(n, trace)| (trace.inline, trace.crossline) = (n % 4, n % 5));
+    assert!(file.error(&SegyOptions::default()).contains("byte 189"));
     (0..).zip(&mut file.traces).for_each(|(n, trace)| (trace.inline, trace.crossline) = (n / 2, 20 * (n / 2) + n % 2));
     assert!(file.error(&SegyOptions::default()).contains("byte 189"));
 }
