@@ -66,7 +66,7 @@ impl ViewCommand {
         check_budget(&self.mesh, &subject)?;
         let stats = app::run(Options {
             name: self.mesh.stem(),
-            source: self.mesh.source(self.volume.layout()),
+            source: self.mesh.source(&self.volume),
             session,
             recent: app::recent_file(),
             subject,

@@ -18,6 +18,8 @@ mod damage_tests;
 mod error;
 mod input;
 mod layout;
+#[cfg(test)]
+mod layout_tests;
 mod place;
 mod read;
 mod reader;
@@ -26,7 +28,7 @@ mod scan;
 #[cfg(test)]
 mod shared_tests;
 #[cfg(test)]
-mod test_file;
+pub(super) mod test_file;
 #[cfg(test)]
 mod tests;
 
@@ -35,9 +37,10 @@ use crate::volume::{GridFrame, VoxelType};
 pub use error::SegyError;
 pub(super) use input::Input;
 use layout::Layout;
+pub use reader::is_segy;
 pub(super) use reader::{SUFFIXES, read, recognizes};
-pub use scan::{LineBytes, Lines};
 use scan::Survey;
+pub use scan::{LineBytes, Lines};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -60,6 +63,13 @@ pub struct SegyOptions {
     /// A file that ends within a trace is read up to there; else that is an error.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub truncated: bool,
+}
+
+impl SegyOptions {
+    /// Whether they say nothing.
+    pub fn is_default(&self) -> bool {
+        *self == SegyOptions::default()
+    }
 }
 
 /// A survey in a file whose trace headers have been read, and whose samples are read box by box: a [`VoxelSource`](crate::volume::VoxelSource).
