@@ -12,11 +12,14 @@
 
 pub mod brick;
 pub mod cache;
+pub mod keys;
+pub mod memory;
 pub mod plane;
 pub mod policy;
 pub mod prefetch;
 pub mod pyramid;
 pub mod sample;
+pub mod simulate;
 pub mod slice;
 pub mod store;
 pub mod trace;
@@ -24,11 +27,13 @@ pub mod wanted;
 
 pub use brick::{Brick, BrickSource, BrickStatistics};
 pub use cache::{BrickCache, CacheCounters, CacheError, CacheOptions, Stage};
+pub use keys::{KeyMap, KeySet};
+pub use memory::GridBricks;
 pub use plane::SlicePlane;
-pub use policy::EvictionPolicy;
+pub use policy::{EvictionPolicy, Policy};
 pub use pyramid::{BRICK_EDGE, BrickKey, Pyramid};
 pub use sample::Interpolation;
 pub use slice::{Slice, SliceFrame};
 pub use store::{Store, StoreError};
-pub use trace::SliceSet;
+pub use trace::{Demand, Motion, Needs, SliceSet, Trace, TraceError};
 pub use wanted::{Detail, DetailRule, wanted};

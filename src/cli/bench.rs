@@ -3,6 +3,7 @@
 use super::args::{MeshArgs, OctreeArgs, RawArgs, RendererArg, ViewArgs};
 use super::long_work::with_bar;
 use super::render::say_if_fallen_back;
+use super::slice_bench::SliceBenchArgs;
 use super::{mode_table, skip_table};
 use crate::image::{Image, psnr};
 use crate::mesh::{ScalarField, TetMesh};
@@ -24,6 +25,8 @@ Examples:
   octetra bench flow.vtu --nodes 100000 --depths 9  thresholds that give about this many nodes
   octetra bench scan.nhdr --tf bone.json --skip-table   half-splitting and other ways past empty space, the paper's figures beside
   octetra bench scan.nhdr --mode-table --size 512x768   frames a second of composite, isosurfaces, MIP and X-ray
+  octetra bench --slices survey.zarr                which bricks caches keep while slices move: policies, stalls, what entropy saves
+  octetra bench --synthetic 1536 --json caches.json the same through a volume that is not there, with the paper's scenario
 
 Each depth is built by U, V and W. On the paper's two meshes W is chosen so that the node count is the paper's, unless --nodes says
 otherwise. Then come the presets, by tolerance R; --presets leaves the depths out. PSNR is against the exact renderer's picture, 8 bits, over covered pixels.")]
@@ -51,6 +54,8 @@ pub struct BenchCommand {
     #[arg(long, conflicts_with_all = ["depths", "nodes", "presets", "skip_table", "mode", "xray", "shade"])]
     mode_table: bool,
     #[command(flatten)]
+    slices: SliceBenchArgs,
+    #[command(flatten)]
     volume: RawArgs,
     /// Builds of each row, and frames of each view
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
@@ -60,6 +65,9 @@ pub struct BenchCommand {
 impl BenchCommand {
     /// Builds and draws at each depth and prints the tables.
     pub fn run(mut self) -> Result<()> {
+        if self.slices.is_asked() {
+            return self.slices.run();
+        }
         self.mesh.choose_step()?;
         ensure!(self.view.renderer == RendererArg::Octree, "bench times the octree renderer; the exact one is what it compares with");
         if self.skip_table {

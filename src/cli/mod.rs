@@ -22,6 +22,7 @@ mod sequence;
 mod session;
 mod skip_table;
 mod slice;
+mod slice_bench;
 mod steps;
 mod subject;
 mod transfer;

@@ -10,6 +10,7 @@ mod histogram;
 pub mod over_time;
 pub mod probe;
 mod skipping;
+pub mod slices;
 pub mod tune;
 
 pub use builds::{Build, BuildError, PaperTable, thresholds_for};

@@ -1,0 +1,274 @@
+//! Caches of bricks measured: policies on motions of slices, loads ahead, the areas on the GPU, stages, entropy.
+
+use crate::bricks::policy::Areas;
+use crate::bricks::simulate::{Loading, Outcome, Pinning, simulate, simulate_loading, simulate_optimum, simulate_policy, simulate_stages};
+use crate::bricks::{BRICK_EDGE, BrickSource, Demand, Detail, DetailRule, Motion, Needs, Policy, Pyramid, SlicePlane, Trace, wanted};
+use crate::progress::{Cancelled, Progress};
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Bricks in the paper's cache.
+pub const PAPER_CACHE: usize = 400;
+
+/// The paper's volumes, by what they are called and the voxels along each edge; 4 bytes a voxel.
+pub const PAPER_VOLUMES: [(&str, u32); 3] = [("0.5 GB", 512), ("4 GB", 1024), ("38 GB", 2168)];
+
+/// Frame sets that a cache holds, in the tables of policies.
+pub const RATIOS: [f64; 4] = [1.15, 1.5, 2.5, 4.0];
+
+/// GPU cache by frame set, in the table of areas.
+pub const AREA_RATIOS: [f64; 4] = [1.5, 2.0, 3.0, 4.0];
+
+/// A policy on a trace.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PolicyRow {
+    /// What moved.
+    pub trace: String,
+    /// Frames, bricks of the largest, and bricks that the cache holds.
+    pub frames: usize,
+    /// See `frames`.
+    pub frame_set: usize,
+    /// See `frames`.
+    pub capacity: usize,
+    /// Whether the bricks of the current frame stayed.
+    pub pinned: bool,
+    /// Which policy; the last is the optimum.
+    pub policy: &'static str,
+    /// Hits among all uses, 0 to 1.
+    pub hit_rate: f64,
+    /// The same among the bricks that the frame before did not use.
+    pub fresh_hit_rate: f64,
+    /// Bricks loaded in a frame.
+    pub misses_per_frame: f64,
+    /// Bytes loaded in a frame.
+    pub bytes_per_frame: f64,
+    /// Share of the frames that missed something, 0 to 1.
+    pub missing_frames: f64,
+    /// Misses by those of the optimum.
+    pub by_optimum: f64,
+}
+
+/// All policies on a trace through a cache of so many bricks, the optimum last.
+pub fn try_policies(
+    demand: &Demand,
+    capacity: usize,
+    pinning: Pinning,
+    voxel_bytes: usize,
+    progress: &Progress,
+) -> Result<Vec<PolicyRow>, Cancelled> {
+    let optimum = simulate_optimum(demand, capacity, pinning);
+    let brick_bytes = (u64::from(BRICK_EDGE).pow(3) * voxel_bytes as u64) as f64;
+    let row = |policy: &'static str, outcome: Outcome| PolicyRow {
+        trace: demand.name.clone(),
+        frames: demand.frames.len(),
+        frame_set: demand.frame_set(),
+        capacity,
+        pinned: pinning == Pinning::Pinned,
+        policy,
+        hit_rate: outcome.hit_rate(),
+        fresh_hit_rate: outcome.fresh_hit_rate(),
+        misses_per_frame: outcome.misses_per_frame(),
+        bytes_per_frame: outcome.misses_per_frame() * brick_bytes,
+        missing_frames: outcome.missing_frames as f64 / outcome.frames.max(1) as f64,
+        by_optimum: outcome.misses as f64 / optimum.misses.max(1) as f64,
+    };
+    let mut rows = Policy::ALL
+        .into_par_iter()
+        .map(|policy| {
+            progress.check()?;
+            let outcome = simulate_policy(demand, capacity, pinning, policy);
+            progress.add(1);
+            Ok(row(policy.name(), outcome))
+        })
+        .collect::<Result<Vec<_>, Cancelled>>()?;
+    rows.push(row("optimum", optimum));
+    Ok(rows)
+}
+
+/// The paper's scenario on a volume of so many voxels along each edge. A single stage fits its bricks into the cache, as the paper's did:
+/// near ones finer ([`Needs::AtMost`]); they fill five eighths of it.
+pub fn paper_demand(edge: u32, motion: Motion, seed: u64) -> Demand {
+    let eye = DVec3::new(1.6, 1.4, 1.5) * f64::from(edge);
+    motion.trace([edge; 3], 0, seed).demand(Needs::AtMost { bricks: PAPER_CACHE * 5 / 8, eye })
+}
+
+/// Stalls on a trace at a speed of reading.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StallRow {
+    /// Bricks read during a frame.
+    pub bandwidth: usize,
+    /// Bricks that the cache holds.
+    pub capacity: usize,
+    /// Frames.
+    pub frames: usize,
+    /// Frames that had to show something coarser, without and with bricks loaded ahead.
+    pub stalls: [usize; 2],
+    /// Bricks read, without and with.
+    pub loads: [u64; 2],
+}
+
+/// Slices dragged by one voxel a frame, at 60 frames a second 60 slices a second, through caches of 1.5 frame sets, read at each of the
+/// bandwidths (bricks a frame), at level 0, by our own policy.
+pub fn try_prefetch(demand: &Demand, bandwidths: &[usize], progress: &Progress) -> Result<Vec<StallRow>, Cancelled> {
+    let capacity = demand.frame_set() * 3 / 2;
+    bandwidths
+        .par_iter()
+        .map(|&bandwidth| {
+            let run = |prefetch| -> Result<Outcome, Cancelled> {
+                progress.check()?;
+                let loading = Loading { capacity, bandwidth, prefetch };
+                Ok(simulate_loading(demand, loading, &mut *Policy::Forecast.build(&demand.pyramid)))
+            };
+            let (without, with) = (run(None)?, run(Some(0))?);
+            Ok(StallRow {
+                bandwidth,
+                capacity,
+                frames: without.frames,
+                stalls: [without.missing_frames, with.missing_frames],
+                loads: [without.loads, with.loads],
+            })
+        })
+        .collect()
+}
+
+/// The areas on the GPU against LRU.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AreaRow {
+    /// What moved.
+    pub trace: String,
+    /// GPU cache by frame set.
+    pub ratio: f64,
+    /// Whether the bricks of the current frame stayed.
+    pub pinned: bool,
+    /// Hit rates of LRU and of the areas, of all uses.
+    pub hit_rates: [f64; 2],
+    /// The same of the bricks that the frame before did not use.
+    pub fresh_hit_rates: [f64; 2],
+}
+
+/// The areas on the GPU against LRU on a trace.
+pub fn try_areas(demand: &Demand, ratio: f64, pinning: Pinning) -> AreaRow {
+    let capacity = (demand.frame_set() as f64 * ratio) as usize;
+    let lru = simulate_policy(demand, capacity, pinning, Policy::Lru);
+    let areas = simulate(demand, capacity, pinning, &mut Areas::new(&demand.pyramid, capacity));
+    AreaRow {
+        trace: demand.name.clone(),
+        ratio,
+        pinned: pinning == Pinning::Pinned,
+        hit_rates: [lru.hit_rate(), areas.hit_rate()],
+        fresh_hit_rates: [lru.fresh_hit_rate(), areas.fresh_hit_rate()],
+    }
+}
+
+/// One stage against two.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StageRow {
+    /// Bricks read during a frame.
+    pub bandwidth: usize,
+    /// Frames.
+    pub frames: usize,
+    /// One stage: frames that waited, the mean and the longest wait, in frames, and bricks read.
+    pub waiting_frames: usize,
+    /// See `waiting_frames`.
+    pub mean_wait: f64,
+    /// See `waiting_frames`.
+    pub longest_wait: f64,
+    /// See `waiting_frames`.
+    pub single_loads: u64,
+    /// Two stages: bricks read, frames at rest, and those that showed all in full.
+    pub two_loads: u64,
+    /// See `two_loads`.
+    pub resting_frames: usize,
+    /// See `two_loads`.
+    pub refined_frames: usize,
+}
+
+/// One stage against two on a trace, by our own policy through a cache of 1.5 frame sets.
+pub fn try_stages(demand: &Demand, bandwidth: usize) -> StageRow {
+    let capacity = demand.frame_set() * 3 / 2;
+    let stages = simulate_stages(demand, capacity, bandwidth, || Policy::Forecast.build(&demand.pyramid));
+    StageRow {
+        bandwidth,
+        frames: demand.frames.len(),
+        waiting_frames: stages.waiting_frames,
+        mean_wait: stages.mean_wait,
+        longest_wait: stages.longest_wait,
+        single_loads: stages.single_loads,
+        two_loads: stages.two_loads,
+        resting_frames: stages.resting_frames,
+        refined_frames: stages.refined_frames,
+    }
+}
+
+/// What a rule of detail saves.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DetailRow {
+    /// What the rule is called.
+    pub rule: &'static str,
+    /// Bricks that slices take on average, those of the levels that a slice does without its rule included.
+    pub bricks: f64,
+    /// Bytes of them.
+    pub bytes: f64,
+    /// Bytes saved against refining everything, 0 to 1.
+    pub saved: f64,
+}
+
+/// Bricks read to the refined pictures of slices across each axis through a source, at so many places evenly, by several rules. Each picture
+/// counts for itself, as if the cache were empty.
+pub fn try_detail(source: &dyn BrickSource, places: usize) -> Vec<DetailRow> {
+    let rules = [
+        ("everything", DetailRule::EVERYTHING),
+        ("entropy > 0.1, or beyond 1/255", DetailRule::default()),
+        ("beyond 1/255 alone", DetailRule { min_entropy: 8.0, ..DetailRule::default() }),
+        ("entropy > 0.1 alone (paper)", DetailRule::entropy(0.1)),
+    ];
+    let pyramid = source.pyramid();
+    let size = DVec3::from(pyramid.dims(0).map(|n| f64::from(n) - 1.0));
+    let brick_bytes = (u64::from(BRICK_EDGE).pow(3) * source.voxel_bytes() as u64) as f64;
+    let mut rows: Vec<DetailRow> = Vec::new();
+    for (rule, of) in rules {
+        let detail = Detail::of(source, of);
+        let mut bricks = 0;
+        for axis in 0..3 {
+            for k in 0..places {
+                let plane = SlicePlane::across(axis, (size[axis] * (k as f64 + 0.5) / places as f64).round());
+                bricks += wanted(pyramid, &[plane], size * 1.5, &detail, 0).len();
+            }
+        }
+        let bricks = bricks as f64 / (3 * places).max(1) as f64;
+        let all = rows.first().map_or(bricks, |first| first.bricks);
+        rows.push(DetailRow { rule, bricks, bytes: bricks * brick_bytes, saved: 1.0 - bricks / all });
+    }
+    rows
+}
+
+/// Slices dragged by one voxel a frame to random places, for [`try_prefetch`].
+pub fn slow_scrub(dims: [u32; 3], frames: usize, seed: u64) -> Demand {
+    Motion::VoxelScrub.trace(dims, frames, seed).demand(Needs::Level(0))
+}
+
+/// Each trace with the capacities of [`RATIOS`], pinned: what [`try_policies`] is asked for.
+pub fn standard_demands(dims: [u32; 3], frames: usize, seed: u64) -> Vec<Demand> {
+    Motion::ALL.into_par_iter().map(|(_, motion)| motion.trace(dims, frames, seed).demand(Needs::Level(0))).collect()
+}
+
+/// What a recorded trace needs: the finest level whose frames have at most so many bricks.
+pub fn recorded_demand(trace: &Trace, most: usize) -> Demand {
+    let levels = Pyramid::new(trace.dims).levels();
+    let mut demand = trace.demand(Needs::Level(levels - 1));
+    for level in (0..levels - 1).rev() {
+        let finer = trace.demand(Needs::Level(level));
+        if finer.frame_set() > most {
+            break;
+        }
+        demand = finer;
+    }
+    demand
+}
+
+/// Misses by the optimum's on average and at worst, over rows of a policy.
+pub fn by_optimum(rows: &[PolicyRow], policy: &str) -> (f64, f64) {
+    let of: Vec<f64> = rows.iter().filter(|row| row.policy == policy).map(|row| row.by_optimum).collect();
+    (of.iter().sum::<f64>() / of.len().max(1) as f64, of.iter().copied().fold(0.0, f64::max))
+}
