@@ -10,9 +10,11 @@
 //! brick. Positions are *index space*: voxel (i, j, k) of level 0 has its middle at (i, j, k); voxel j of level l is the mean of voxels
 //! `2^l j .. 2^l (j + 1)` of level 0, and has its middle at `2^l (j + 1/2) - 1/2`. The paper counts levels the other way, from the coarsest.
 
+pub mod areas;
 pub mod brick;
 pub mod plane;
 pub mod pyramid;
+pub mod screen;
 
 pub use brick::{Brick, BrickSource, BrickStatistics};
 pub use plane::SlicePlane;
