@@ -153,14 +153,24 @@ fn find(point: vec3<f32>, finest: u32) -> Found {
     return Found(0.0, true, look.level_count);
 }
 
-fn index_position(point: OnSlice) -> vec3<f32> {
-    let quad = point.quad;
-    return quads[quad].origin + point.uv.x * quads[quad].along_u + point.uv.y * quads[quad].along_v;
+// Where a pixel is, index space, and how that changes from a pixel to the next.
+struct Place {
+    at: vec3<f32>,
+    x: vec3<f32>,
+    y: vec3<f32>,
 }
 
-// The level whose voxels have the size of a pixel; x and y are how the index position changes from a pixel to the next.
-fn level_of_pixel(x: vec3<f32>, y: vec3<f32>, detail: f32) -> u32 {
-    let level = 0.5 * log2(max(length(cross(x, y)), 1e-30)) + detail;
+fn index_place(point: OnSlice) -> Place {
+    // Derivatives of what is interpolated, not of what is read: beside a triangle nothing is read.
+    let uv = array(point.uv, dpdx(point.uv), dpdy(point.uv));
+    let u = quads[point.quad].along_u;
+    let v = quads[point.quad].along_v;
+    return Place(quads[point.quad].origin + uv[0].x * u + uv[0].y * v, uv[1].x * u + uv[1].y * v, uv[2].x * u + uv[2].y * v);
+}
+
+// The level whose voxels have the size of a pixel.
+fn level_of_pixel(place: Place, detail: f32) -> u32 {
+    let level = 0.5 * log2(max(length(cross(place.x, place.y)), 1e-30)) + detail;
     return u32(clamp(floor(level), 0.0, f32(look.level_count - 1u)));
 }
 
@@ -180,10 +190,8 @@ fn color_of(value: f32) -> vec4<f32> {
 
 @fragment
 fn paint(point: OnSlice) -> @location(0) vec4<f32> {
-    let at = index_position(point);
-    let x = dpdx(at);
-    let y = dpdy(at);
-    let found = find(at, level_of_pixel(x, y, quads[point.quad].detail));
+    let place = index_place(point);
+    let found = find(place.at, level_of_pixel(place, quads[point.quad].detail));
     var color = vec4<f32>(0.0);
     if found.level != look.level_count {
         color = colors[2];
@@ -194,8 +202,8 @@ fn paint(point: OnSlice) -> @location(0) vec4<f32> {
         color = vec4<f32>(mix(color.rgb, levels[found.level].tint, amount), color.a);
     }
     // Pixels to the nearest face of the volume that the slice ends at.
-    let width = abs(x) + abs(y);
-    let ends = min(at + 0.5, vec3<f32>(levels[0].dims) - 0.5 - at);
+    let width = abs(place.x) + abs(place.y);
+    let ends = min(place.at + 0.5, vec3<f32>(levels[0].dims) - 0.5 - place.at);
     let is_cut = width > vec3<f32>(1e-6);
     let pixels = select(vec3<f32>(1e30), ends / max(width, vec3<f32>(1e-6)), is_cut);
     if min(pixels.x, min(pixels.y, pixels.z)) < quads[point.quad].border_width {
@@ -211,8 +219,8 @@ fn paint(point: OnSlice) -> @location(0) vec4<f32> {
 // The number, the level it is from (-1: nothing is resident), and whether it is known.
 @fragment
 fn measure(point: OnSlice) -> @location(0) vec4<f32> {
-    let at = index_position(point);
-    let found = find(at, level_of_pixel(dpdx(at), dpdy(at), quads[point.quad].detail));
+    let place = index_place(point);
+    let found = find(place.at, level_of_pixel(place, quads[point.quad].detail));
     let level = select(f32(found.level), -1.0, found.level == look.level_count);
     return vec4<f32>(select(found.value, 0.0, found.is_missing), level, select(1.0, 0.0, found.is_missing), 1.0);
 }

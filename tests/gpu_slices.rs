@@ -4,7 +4,7 @@
 #[path = "slices/made_up.rs"]
 mod made_up;
 
-use glam::{DMat4, DVec2, DVec3, DVec4};
+use glam::{DMat4, DVec3, DVec4};
 use made_up::MadeUp;
 use octetra::bricks::{BRICK_EDGE, BrickKey, BrickSource, SlicePlane};
 use octetra::gpu::{Context, DrawnSlice, SlicePainter, SlicePicture, SlicePool, SliceStyle, TINTS, flat_projection};
@@ -185,9 +185,11 @@ fn coarser_pictures_show_coarser_levels(slices: &mut Slices) {
         let half = 10.0 * voxels;
         let clip_from_index = flat_projection(DVec3::new(30.0, 30.0, 0.0), DVec3::X / half, DVec3::Y / half);
         let slice = DrawnSlice { plane, clip_from_index, is_whole: false, border: None, opacity: 1.0 };
-        slices.measure(slice, false, [20, 20])[10 * 20 + 10][1]
+        let levels: HashSet<i32> = slices.measure(slice, false, [20, 20]).iter().map(|shown| shown[1] as i32).collect();
+        assert_eq!(levels.len(), 1, "one level all over the picture");
+        levels.into_iter().next().unwrap_or(-1)
     };
-    assert_eq!([0.5, 1.0, 1.4, 1.45, 2.8, 2.9].map(|voxels| shown_level(slices, voxels)), [0.0, 0.0, 0.0, 1.0, 1.0, 2.0]);
+    assert_eq!([0.5, 1.0, 1.4, 1.45, 2.8, 2.9].map(|voxels| shown_level(slices, voxels)), [0, 0, 0, 1, 1, 2]);
 }
 
 /// Two slices that cross, seen along y from a distance in perspective, are drawn as deep as they lie.
@@ -260,6 +262,4 @@ fn bricks_that_leave_are_not_drawn(slices: &mut Slices) {
     assert_eq!(slices.measure(slice, false, size)[pixel][1], 0.0);
     slices.pool.remove(key);
     assert_eq!(slices.measure(slice, false, size)[pixel][1], 1.0);
-    let pixels = DVec2::new(f64::from(size[0]), f64::from(size[1]));
-    assert!(pixels.min_element() > 0.0);
 }

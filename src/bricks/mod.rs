@@ -12,10 +12,19 @@
 
 pub mod areas;
 pub mod brick;
+pub mod cache;
 pub mod plane;
+pub mod policy;
+pub mod prefetch;
 pub mod pyramid;
 pub mod screen;
+pub mod trace;
+pub mod wanted;
 
 pub use brick::{Brick, BrickSource, BrickStatistics};
+pub use cache::{BrickCache, CacheCounters, CacheError, CacheOptions, Stage};
 pub use plane::SlicePlane;
+pub use policy::EvictionPolicy;
 pub use pyramid::{BRICK_EDGE, BrickKey, Pyramid};
+pub use trace::SliceSet;
+pub use wanted::{Detail, DetailRule, wanted};

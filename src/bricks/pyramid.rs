@@ -76,6 +76,12 @@ impl Pyramid {
         self.bricks(level).iter().map(|&n| u64::from(n)).product()
     }
 
+    /// The bricks of a level, x fastest.
+    pub fn keys(&self, level: u8) -> impl Iterator<Item = BrickKey> + use<> {
+        let [nx, ny, nz] = self.bricks(level);
+        (0..nz).flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| BrickKey { level, at: [x, y, z] })))
+    }
+
     /// Whether there is such a brick.
     pub fn has(&self, key: BrickKey) -> bool {
         key.level < self.levels && (0..3).all(|axis| key.at[axis] < self.bricks(key.level)[axis])

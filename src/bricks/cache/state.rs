@@ -1,0 +1,236 @@
+//! The books of a cache: what is there, what is on its way, what is wanted.
+
+use super::options::{CacheCounters, CacheError, CacheOptions, Stage};
+use crate::bricks::prefetch::Ahead;
+use crate::bricks::{BRICK_EDGE, Brick, BrickKey, BrickSource, EvictionPolicy, Pyramid, SliceSet};
+use std::collections::{HashMap, HashSet, VecDeque};
+use std::io;
+use std::sync::Arc;
+
+/// A brick that is there.
+struct Entry {
+    brick: Arc<Brick>,
+    /// The frame that used it last.
+    frame: Option<u64>,
+}
+
+pub(super) struct State {
+    policy: Box<dyn EvictionPolicy>,
+    prefetches: bool,
+    brick_bytes: u64,
+    pub(super) capacity: usize,
+    pub(super) coarse_level: u8,
+    /// Bricks that always stay and are not there yet.
+    pub(super) coarse_left: u64,
+    coarse: VecDeque<BrickKey>,
+    resident: HashMap<BrickKey, Entry>,
+    loading: HashSet<BrickKey>,
+    /// The least wanted first.
+    queue: Vec<BrickKey>,
+    /// What the current frame wants, as much of it as there is room for.
+    pinned: HashSet<BrickKey>,
+    ahead: Ahead,
+    /// What is to be loaded ahead, the nearest first, and what of that is there or on its way.
+    next: VecDeque<BrickKey>,
+    fetched: HashSet<BrickKey>,
+    slices: SliceSet,
+    frame: Option<u64>,
+    pub(super) failed: HashSet<BrickKey>,
+    pub(super) stage: Stage,
+    pub(super) closing: bool,
+    pub(super) counters: CacheCounters,
+}
+
+impl State {
+    pub(super) fn new(source: &dyn BrickSource, options: &CacheOptions, policy: Box<dyn EvictionPolicy>) -> Result<Self, CacheError> {
+        let pyramid = source.pyramid();
+        let brick_bytes = u64::from(BRICK_EDGE).pow(3) * source.voxel_bytes().max(1) as u64;
+        let capacity = options.budget_bytes / brick_bytes;
+        // One that stays, one that comes and goes.
+        let least = if pyramid.levels() > 1 { 2 } else { 1 };
+        if capacity < least {
+            return Err(CacheError::Budget { budget_bytes: options.budget_bytes, least, brick_bytes });
+        }
+        let share = ((capacity as f64 * options.coarse_share.clamp(0.0, 1.0)) as u64).min(capacity - least + 1);
+        let mut coarse_level = pyramid.levels() - 1;
+        let mut coarse_left = 1;
+        while coarse_level > 0 && coarse_left + pyramid.brick_count(coarse_level - 1) <= share {
+            coarse_level -= 1;
+            coarse_left += pyramid.brick_count(coarse_level);
+        }
+        let coarse = (coarse_level..pyramid.levels()).rev().flat_map(|level| pyramid.keys(level)).collect();
+        Ok(State {
+            policy,
+            prefetches: options.prefetch,
+            brick_bytes,
+            capacity: usize::try_from(capacity).unwrap_or(usize::MAX),
+            coarse_level,
+            coarse_left,
+            coarse,
+            resident: HashMap::new(),
+            loading: HashSet::new(),
+            queue: Vec::new(),
+            pinned: HashSet::new(),
+            ahead: Ahead::default(),
+            next: VecDeque::new(),
+            fetched: HashSet::new(),
+            slices: SliceSet::default(),
+            frame: None,
+            failed: HashSet::new(),
+            stage: Stage::default(),
+            closing: false,
+            counters: CacheCounters::default(),
+        })
+    }
+
+    pub(super) fn resident_bytes(&self) -> u64 {
+        self.resident.len() as u64 * self.brick_bytes
+    }
+
+    pub(super) fn is_resident(&self, key: BrickKey) -> bool {
+        self.resident.contains_key(&key)
+    }
+
+    pub(super) fn pending(&self) -> usize {
+        let comes = |key: &&BrickKey| !self.resident.contains_key(key) && !self.failed.contains(key);
+        self.queue.iter().filter(comes).count() + self.loading.iter().filter(|key| self.pinned.contains(key)).count()
+    }
+
+    pub(super) fn get(&mut self, key: BrickKey) -> Option<Arc<Brick>> {
+        let entry = self.resident.get_mut(&key)?;
+        if entry.frame != self.frame {
+            entry.frame = self.frame;
+            if key.level < self.coarse_level {
+                self.policy.hit(key);
+            }
+        }
+        Some(entry.brick.clone())
+    }
+
+    pub(super) fn follow(&mut self, pyramid: &Pyramid, slices: &SliceSet, finest: u8) {
+        let next = if self.prefetches { self.ahead.next(pyramid, slices, finest) } else { Vec::new() };
+        self.slices.clone_from(slices);
+        self.fetched = next.iter().copied().filter(|key| self.resident.contains_key(key) || self.loading.contains(key)).collect();
+        self.next = next.into();
+    }
+
+    pub(super) fn request(&mut self, frame: u64, wanted: &[(BrickKey, f32)]) {
+        let is_new = self.frame != Some(frame);
+        self.frame = Some(frame);
+        self.policy.frame(&self.slices);
+        let mut wanted: Vec<(BrickKey, f32)> = wanted.iter().copied().filter(|wanted| wanted.0.level < self.coarse_level).collect();
+        wanted.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let coarse: usize = self.resident.keys().filter(|key| key.level >= self.coarse_level).count() + self.coarse.len();
+        let room = self.capacity.saturating_sub(coarse);
+        self.counters.refused += wanted.len().saturating_sub(room) as u64;
+        wanted.truncate(room);
+        let old = std::mem::take(&mut self.queue);
+        self.pinned = wanted.iter().map(|wanted| wanted.0).collect();
+        self.counters.dropped += old.iter().filter(|key| !self.pinned.contains(key)).count() as u64;
+        let mut missing = 0;
+        for &(key, _) in &wanted {
+            match self.resident.get_mut(&key) {
+                Some(entry) => {
+                    if entry.frame != self.frame {
+                        entry.frame = self.frame;
+                        self.policy.hit(key);
+                        self.counters.hits += 1;
+                    }
+                }
+                None => {
+                    missing += 1;
+                    if !self.loading.contains(&key) && !self.failed.contains(&key) {
+                        self.queue.push(key);
+                    }
+                }
+            }
+        }
+        self.queue.reverse();
+        if is_new {
+            self.counters.frames += 1;
+            self.counters.misses += missing;
+            self.counters.stalls += u64::from(missing > 0);
+        }
+    }
+
+    /// The next brick to read. There is room for it, and it is marked as being loaded.
+    pub(super) fn next_load(&mut self) -> Option<BrickKey> {
+        if let Some(key) = self.coarse.pop_front() {
+            self.loading.insert(key);
+            return Some(key);
+        }
+        while self.stage == Stage::Refinement
+            && let Some(key) = self.queue.pop()
+        {
+            if self.is_open(key) {
+                if self.make_room() {
+                    self.loading.insert(key);
+                    return Some(key);
+                }
+                self.counters.refused += 1;
+            }
+        }
+        while let Some(key) = self.next.pop_front() {
+            // What is loaded ahead takes no more than half of what the frame leaves.
+            let room = self.capacity.saturating_sub(self.pinned.len()) / 2;
+            if self.is_open(key) && self.fetched.len() < room && self.make_room() {
+                self.loading.insert(key);
+                self.fetched.insert(key);
+                self.counters.prefetches += 1;
+                return Some(key);
+            }
+        }
+        None
+    }
+
+    fn is_open(&self, key: BrickKey) -> bool {
+        !self.resident.contains_key(&key) && !self.loading.contains(&key) && !self.failed.contains(&key)
+    }
+
+    /// Whether one more brick fits, after evicting one if need be.
+    fn make_room(&mut self) -> bool {
+        let State { policy, resident, loading, pinned, fetched, frame, counters, capacity, coarse, .. } = self;
+        while resident.len() + loading.len() + coarse.len() >= *capacity {
+            let may = |key: BrickKey| {
+                let held =
+                    resident.get(&key).is_none_or(|entry| Arc::strong_count(&entry.brick) > 1 || frame.is_some() && entry.frame == *frame);
+                !held && !pinned.contains(&key) && !fetched.contains(&key)
+            };
+            let Some(key) = policy.victim(&may) else { return false };
+            policy.remove(key);
+            resident.remove(&key);
+            counters.evictions += 1;
+        }
+        true
+    }
+
+    /// A read has ended.
+    pub(super) fn loaded(&mut self, key: BrickKey, loaded: io::Result<Brick>) {
+        self.loading.remove(&key);
+        let is_coarse = key.level >= self.coarse_level;
+        self.coarse_left -= u64::from(is_coarse);
+        let loaded = loaded.and_then(|brick| {
+            let bytes = brick.samples.bytes() as u64;
+            if bytes > self.brick_bytes {
+                return Err(io::Error::other(format!("brick {key:?} has {bytes} bytes, {} were expected", self.brick_bytes)));
+            }
+            Ok(brick)
+        });
+        match loaded {
+            Ok(brick) => {
+                self.counters.loads += 1;
+                self.counters.bytes += brick.samples.bytes() as u64;
+                self.resident.insert(key, Entry { brick: Arc::new(brick), frame: None });
+                if !is_coarse {
+                    self.policy.insert(key);
+                }
+            }
+            Err(error) => {
+                self.failed.insert(key);
+                self.fetched.remove(&key);
+                self.counters.errors += 1;
+                self.counters.last_error = Some(error.to_string());
+            }
+        }
+    }
+}
