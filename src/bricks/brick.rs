@@ -15,9 +15,10 @@ pub struct Brick {
 /// What the values of a brick are like, known without loading it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BrickStatistics {
-    /// Smallest and largest known value; both NaN where none is known.
+    /// Smallest and largest known value of level 0 in the brick's part of the volume; both NaN where none is known.
     pub range: [f64; 2],
-    /// Entropy of a histogram of the known values in 256 bins over the range of the volume, in bits, 0 to 8.
+    /// Entropy in bits, 0 to 8, of the brick's own known voxels: of a histogram of 256 bins over their range, or of one bin a value where integers
+    /// span fewer than 256 (Shannon; used as the third paper does).
     pub entropy: f32,
 }
 

@@ -2,6 +2,7 @@
 
 mod args;
 mod bench;
+mod bricks;
 mod colormap;
 mod compare;
 mod convert;
@@ -19,6 +20,7 @@ mod report;
 mod sequence;
 mod session;
 mod skip_table;
+mod slice;
 mod steps;
 mod subject;
 mod transfer;
@@ -74,6 +76,10 @@ enum Command {
     Colormap(colormap::ColormapCommand),
     /// Write a mesh of any format as .vtu or .msh
     Convert(convert::ConvertCommand),
+    /// Write a volume, a seismic survey or a mesh as a store of bricks, however large it is
+    Bricks(bricks::BricksCommand),
+    /// Draw a slice through a store of bricks, or write its values
+    Slice(slice::SliceCommand),
     /// List the formats of files that octetra reads and writes
     Formats(formats::FormatsCommand),
     /// Make a mesh that carries a known field
@@ -95,6 +101,8 @@ impl Cli {
             Some(Command::Bench(command)) => command.run(),
             Some(Command::Colormap(command)) => command.run(),
             Some(Command::Convert(command)) => command.run(),
+            Some(Command::Bricks(command)) => command.run(),
+            Some(Command::Slice(command)) => command.run(),
             Some(Command::Formats(command)) => command.run(),
             Some(Command::Generate(command)) => command.run(),
             None => self.view.run(),

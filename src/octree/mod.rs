@@ -19,6 +19,7 @@ mod sampling;
 mod subject;
 mod texture;
 mod tree;
+mod voxel_source;
 mod voxels;
 
 pub use activity::{ActiveBox, Activity, KeptActivity, Split};
@@ -34,3 +35,4 @@ pub use regularize_grid::{grid_working_bytes, regularize_grid};
 pub use subject::Subject;
 pub use texture::{Node, OctreeTexture, TextureError};
 pub use tree::{Level, Octree, Unmet};
+pub use voxel_source::OctreeVolume;

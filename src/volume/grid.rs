@@ -121,6 +121,7 @@ pub struct Grid {
     missing: usize,
     center: DVec3,
     bounds: Aabb,
+    notes: Vec<String>,
 }
 
 impl Grid {
@@ -151,7 +152,17 @@ impl Grid {
         if !bounds.size().is_finite() || !center.is_finite() {
             return Err(GridError::Steps(frame.steps.to_cols_array()));
         }
-        Ok(Grid { frame, name, samples, range, missing, center, bounds: bounds.translated(-center) })
+        Ok(Grid { frame, name, samples, range, missing, center, bounds: bounds.translated(-center), notes: vec![] })
+    }
+
+    /// The same with notes of what its file says or lacks, a sentence each.
+    pub fn with_notes(self, notes: Vec<String>) -> Self {
+        Grid { notes, ..self }
+    }
+
+    /// What the user should know of its file.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Where the points lie.

@@ -5,8 +5,10 @@ mod grid;
 mod interpolate;
 mod numbers;
 mod samples;
+mod voxel_source;
 
 pub use grid::{Grid, GridError, GridFrame, pick_component};
 pub use numbers::Numbers;
 pub(crate) use samples::with_voxels;
 pub use samples::{Samples, Voxel};
+pub use voxel_source::{VoxelSource, VoxelType, box_points};

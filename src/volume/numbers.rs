@@ -65,6 +65,16 @@ impl<T: Pod> Numbers<T> {
     }
 }
 
+impl<T: Pod> Numbers<T> {
+    /// The numbers as a vector; those of a file are copied.
+    pub fn into_vec(self) -> Vec<T> {
+        match self.0 {
+            Store::Owned(numbers) => numbers,
+            Store::Mapped(..) => self.to_vec(),
+        }
+    }
+}
+
 impl<T: Pod> Deref for Numbers<T> {
     type Target = [T];
 

@@ -1,0 +1,142 @@
+//! `octetra bricks`: a volume or a mesh as a store of bricks.
+
+use super::args::{MeshArgs, OctreeArgs, RawArgs};
+use super::long_work::with_bar;
+use super::subject::{read_subject, regularized};
+use crate::bricks::store::{BuildOptions, build};
+use crate::octree::{OctreeTexture, OctreeVolume, Subject};
+use crate::volume::{Grid, VoxelSource};
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use serde_json::{Value, json};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Instant, UNIX_EPOCH};
+
+/// Memory that writing takes at most unless told.
+const BUDGET: u64 = 1 << 30;
+
+/// `octetra bricks`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  octetra bricks survey.sgy -o survey.zarr         a seismic survey, read trace by trace however large it is
+  octetra bricks scan.raw --dims 4096,4096,2048 --type u16 -o scan.zarr
+  octetra bricks flow.vtu --resolution 1024 -o flow.zarr
+  octetra slice survey.zarr --voxel z=100 -o inline_100.png
+  octetra view survey.zarr                         slices in a window
+
+The store is a folder: Zarr v3 with OME-NGFF metadata, which napari, xarray and zarr-python open. It holds the volume in levels, each of half the
+resolution of the one before, in bricks of 64^3 voxels, and of each brick its range and entropy. If writing is stopped, the same command
+goes on with it.")]
+pub struct BricksCommand {
+    #[command(flatten)]
+    mesh: MeshArgs,
+    #[command(flatten)]
+    volume: RawArgs,
+    #[command(flatten)]
+    octree: OctreeArgs,
+    /// Of a mesh: voxels along the longest edge of its bounds, sampled through its octree [default: as fine as the octree's smallest leaves]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=65_536))]
+    resolution: Option<u32>,
+    /// The store to write, a folder
+    #[arg(short, long, value_name = "STORE.zarr", help_heading = "Output")]
+    output: PathBuf,
+    /// Replace a store that is there already
+    #[arg(long, help_heading = "Output")]
+    overwrite: bool,
+}
+
+impl BricksCommand {
+    /// Opens the source, writes, says what was written.
+    pub fn run(mut self) -> Result<()> {
+        self.mesh.choose_step()?;
+        let source = self.source()?;
+        let options = BuildOptions {
+            budget_bytes: self.mesh.memory.unwrap_or(BUDGET),
+            overwrite: self.overwrite,
+            source: self.fingerprint(source.as_ref())?,
+        };
+        let start = Instant::now();
+        let built = with_bar(|progress| build(source.as_ref(), &self.output, &options, progress))?;
+        let seconds = start.elapsed().as_secs_f64();
+        let info = &built.info;
+        let bytes = source.frame().points() as f64 * source.voxel_type().bytes() as f64;
+        let mut out = io::stdout().lock();
+        let [x, y, z] = info.dims;
+        writeln!(out, "volume        {x} x {y} x {z} {}, {}", info.voxel_type, info.name)?;
+        if let Some([low, high]) = info.range {
+            writeln!(out, "range         {low} to {high}")?;
+        }
+        let bricks: u64 = (0..info.pyramid().levels()).map(|level| info.pyramid().brick_count(level)).sum();
+        writeln!(out, "levels        {}, {bricks} bricks", info.pyramid().levels())?;
+        let kept = if built.kept > 0 { format!(", {} were there", built.kept) } else { String::new() };
+        writeln!(out, "shards        {} written{kept}, of {} voxels a side", built.written, info.shard_edge())?;
+        let mib = f64::from(1 << 20);
+        writeln!(out, "bytes         {:.1} MiB for {:.1} MiB of voxels", built.bytes as f64 / mib, bytes / mib)?;
+        writeln!(out, "time          {seconds:.2} s, {:.0} MB/s", bytes / 1e6 / seconds.max(1e-9))?;
+        Ok(())
+    }
+
+    /// What the bricks are of.
+    fn source(&self) -> Result<Box<dyn VoxelSource>> {
+        if let Some(path) = &self.mesh.mesh
+            && self.output.canonicalize().ok().is_some_and(|output| path.canonicalize().ok() == Some(output))
+        {
+            bail!("{}: is the source, the store would overwrite it", path.display());
+        }
+        let subject = read_subject(&self.mesh, &self.volume)?;
+        match &subject {
+            Subject::Volume(grid) => {
+                if self.resolution.is_some() {
+                    bail!("--resolution is for meshes; a volume has its own voxels");
+                }
+                Ok(Box::new(Shared(grid.clone())))
+            }
+            Subject::Mesh(mesh, _) => {
+                let tree = regularized(&self.mesh, &subject, &self.octree.params())?;
+                let texture = OctreeTexture::encode(&tree)?;
+                let longest = self.resolution.unwrap_or_else(|| OctreeVolume::finest(&texture, &**mesh));
+                Ok(Box::new(OctreeVolume::new(texture, &**mesh, subject.array().to_owned(), longest)))
+            }
+        }
+    }
+
+    /// What tells one source from another.
+    fn fingerprint(&self, source: &dyn VoxelSource) -> Result<Value> {
+        let path = self.mesh.mesh.as_deref();
+        let file = path.map(|path| file_state(path).with_context(|| path.display().to_string())).transpose()?;
+        let frame = source.frame();
+        Ok(json!({
+            "file": path.and_then(Path::file_name).map(|name| name.to_string_lossy()), "state": file, "name": source.name(),
+            "dims": frame.dims, "origin": frame.origin.to_array(), "steps": frame.steps.to_cols_array(),
+            "octree": format!("{:?}", self.octree.params()),
+        }))
+    }
+}
+
+/// Size of a file, and when it was last changed, nanoseconds.
+fn file_state(path: &Path) -> io::Result<Value> {
+    let metadata = path.metadata()?;
+    let changed = metadata.modified()?.duration_since(UNIX_EPOCH).unwrap_or_default();
+    Ok(json!({ "bytes": metadata.len(), "changed": changed.as_nanos().to_string() }))
+}
+
+/// A volume in memory or in a mapped file.
+struct Shared(Arc<Grid>);
+
+impl VoxelSource for Shared {
+    fn frame(&self) -> &crate::volume::GridFrame {
+        self.0.frame()
+    }
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+    fn voxel_type(&self) -> crate::volume::VoxelType {
+        self.0.voxel_type()
+    }
+    fn read(&self, region: &[std::ops::Range<u32>; 3]) -> io::Result<crate::volume::Samples> {
+        self.0.read(region)
+    }
+}
