@@ -94,6 +94,7 @@ fn scroll(window: &mut Window, at: egui::Pos2, by: f32) {
         unit: egui::MouseWheelUnit::Point,
         delta: egui::vec2(0.0, by),
         phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Wheel,
         modifiers: egui::Modifiers::NONE,
     });
     window.run_steps(12);

@@ -1,7 +1,6 @@
 //! The bricks that slices in motion will meet next: [`Ahead`].
 
-use super::{BRICK_EDGE, BrickKey, Pyramid, SlicePlane, SliceSet};
-use std::collections::HashSet;
+use super::{BRICK_EDGE, BrickKey, KeySet, Pyramid, SlicePlane, SliceSet};
 
 /// Looks ahead along the motion of slices, from one frame to the next.
 #[derive(Debug, Clone, Default)]
@@ -45,7 +44,7 @@ impl Ahead {
             }));
         }
         steps.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut seen = HashSet::new();
+        let mut seen = KeySet::default();
         steps.iter().flat_map(|(_, plane)| pyramid.cut(plane, level)).filter(|&key| seen.insert(key)).collect()
     }
 }

@@ -82,6 +82,13 @@ impl Pyramid {
         (0..nz).flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| BrickKey { level, at: [x, y, z] })))
     }
 
+    /// The bricks of the next finer level beneath a brick; none beneath those of level 0.
+    pub fn children(&self, key: BrickKey) -> impl Iterator<Item = BrickKey> + use<'_> {
+        (0..if key.level == 0 { 0 } else { 8 })
+            .map(move |i| BrickKey { level: key.level - 1, at: std::array::from_fn(|axis| key.at[axis] * 2 + (i >> axis & 1)) })
+            .filter(|&child| self.has(child))
+    }
+
     /// Whether there is such a brick.
     pub fn has(&self, key: BrickKey) -> bool {
         key.level < self.levels && (0..3).all(|axis| key.at[axis] < self.bricks(key.level)[axis])

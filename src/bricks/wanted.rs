@@ -153,8 +153,7 @@ pub fn wanted(pyramid: &Pyramid, planes: &[SlicePlane], eye: DVec3, detail: &Det
             found.push((key, -eye.distance(key.center()) as f32));
             continue;
         }
-        let children = (0..8).map(|i| BrickKey { level: key.level - 1, at: std::array::from_fn(|a| key.at[a] * 2 + (i >> a & 1)) });
-        open.extend(children.filter(|&child| pyramid.has(child)));
+        open.extend(pyramid.children(key));
     }
     found.sort_unstable_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
     found

@@ -151,6 +151,7 @@ impl FlatFrame {
     }
 
     /// Where a position of index space is in the window.
+    #[cfg(test)]
     pub fn place(&self, index: DVec3) -> Pos2 {
         let shown = self.space.shown(index);
         let flat = (DVec2::new(shown.dot(self.axes[0]), shown.dot(self.axes[1])) - self.center) * self.scale;

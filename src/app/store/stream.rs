@@ -1,7 +1,8 @@
 //! Bricks on their way to the pictures: which ones they ask for, from memory to the device, and what is left to do.
 
-use crate::bricks::areas::{Areas, score};
+use crate::bricks::policy::{Areas, Policy};
 use crate::bricks::screen::{Asked, SeenSlice, asked, kept_bricks, kept_level};
+use crate::bricks::slots::Slots;
 use crate::bricks::{
     BrickCache, BrickKey, BrickSource, CacheCounters, Detail, DetailRule, Interpolation, SliceSet, Stage, sample::brick_of,
 };
@@ -22,7 +23,7 @@ pub struct Stream {
     source: Arc<dyn BrickSource>,
     cache: BrickCache,
     pool: SlicePool,
-    areas: Areas,
+    slots: Slots,
     /// Of the levels that always stay on the device, what is not there yet.
     kept_left: Vec<BrickKey>,
     kept: u8,
@@ -61,14 +62,14 @@ impl Stream {
         arrival: impl Fn() + Send + Sync + 'static,
     ) -> Result<Self> {
         let pyramid = *source.pyramid();
-        let cache = BrickCache::new(source.clone(), memory_bytes, Box::new(crate::bricks::policy::Ordered::lru()))?;
+        let cache = BrickCache::new(source.clone(), memory_bytes, Policy::default().build(&pyramid))?;
         cache.on_arrival(arrival);
         let pool = SlicePool::new(&context, &pyramid, source.voxel_bytes(), device_bytes)?;
         let kept = kept_level(&pyramid, u64::from(pool.capacity() / KEPT)).max(cache.resident_level());
         let mut kept_left = kept_bricks(&pyramid, kept);
         kept_left.truncate(pool.capacity() as usize);
         Ok(Stream {
-            areas: Areas::new(pool.capacity()),
+            slots: Slots::new(pool.capacity(), Box::new(Areas::new(&pyramid, pool.capacity() as usize))),
             context,
             source,
             cache,
@@ -113,17 +114,17 @@ impl Stream {
         self.cache.stage(if is_moving { Stage::Interaction } else { Stage::Refinement });
         let is_new = self.seen != seen || self.slices != *slices;
         if is_new {
-            let kept = kept_bricks_count(&self.source, self.kept);
-            let cached = kept_bricks_count(&self.source, self.cache.resident_level());
+            let kept = kept_count(&self.source, self.kept);
+            let cached = kept_count(&self.source, self.cache.resident_level());
             let room = (u64::from(self.pool.capacity()).saturating_sub(kept)).min((self.cache.capacity() as u64).saturating_sub(cached + 1));
             let detail = self.detail.as_ref();
             let enough = |key: BrickKey| detail.is_some_and(|detail| detail.is_enough(key));
             self.asked = asked(self.source.pyramid(), seen, self.kept, room as usize, enough);
             (self.seen, self.slices) = (seen.to_vec(), slices.clone());
             self.frame += 1;
-            self.areas.begin();
+            self.slots.begin(slices);
             for &key in &self.asked.bricks {
-                self.areas.touch(key);
+                self.slots.touch(key);
             }
             let finest = self.asked.bricks.last().map_or(levels - 1, |key| key.level);
             self.cache.follow(slices, finest);
@@ -138,19 +139,16 @@ impl Stream {
     }
 
     fn upload(&mut self, bytes: u64) {
-        let levels = self.source.pyramid().levels();
         let mut room = (bytes / self.pool.brick_bytes()).max(1);
         let kept: Vec<BrickKey> = self.kept_left.clone();
         let wanted = kept.into_iter().map(|key| (key, true)).chain(self.asked.bricks.iter().map(|&key| (key, false)));
-        let wanted: Vec<(BrickKey, bool)> = wanted.filter(|(key, _)| !self.areas.has(*key)).collect();
+        let wanted: Vec<(BrickKey, bool)> = wanted.filter(|(key, _)| !self.slots.has(*key)).collect();
         for (key, is_kept) in wanted {
             if room == 0 {
                 break;
             }
             let Some(brick) = self.cache.is_resident(key).then(|| self.cache.get(key)).flatten() else { continue };
-            let slices = &self.slices;
-            let admitted = self.areas.admit(key, is_kept, |key| score(key, levels, &slices.planes, slices.moving));
-            let Some(admitted) = admitted else { continue };
+            let Some(admitted) = self.slots.admit(key, is_kept) else { continue };
             if let Some(evicted) = admitted.evicted {
                 self.pool.remove(evicted);
             }
@@ -164,12 +162,12 @@ impl Stream {
     /// Whether something has come that is not on the device yet, so that the next frame has something to do.
     pub fn has_more(&self) -> bool {
         let wanted = self.kept_left.iter().chain(&self.asked.bricks);
-        wanted.filter(|key| !self.areas.has(**key)).any(|&key| self.cache.is_resident(key))
+        wanted.filter(|key| !self.slots.has(**key)).any(|&key| self.cache.is_resident(key))
     }
 
     /// How things are.
     pub fn progress(&self) -> Progress {
-        let is_left = |key: &&BrickKey| !self.areas.has(**key);
+        let is_left = |key: &&BrickKey| !self.slots.has(**key);
         let is_here = |key: &&BrickKey| self.cache.is_resident(**key);
         // What could not be read does not come.
         let coming = self.cache.pending() + self.asked.bricks.iter().filter(is_left).filter(is_here).count();
@@ -181,7 +179,7 @@ impl Stream {
             left,
             is_cut: self.asked.is_cut,
             memory: [self.cache.resident_bytes(), self.cache.capacity() as u64 * memory_brick(&self.source)],
-            device: [self.areas.len() as u64 * brick, u64::from(self.pool.capacity()) * brick],
+            device: [self.slots.len() as u64 * brick, u64::from(self.pool.capacity()) * brick],
             counters: self.cache.counters(),
         }
     }
@@ -239,7 +237,7 @@ impl Stream {
     }
 }
 
-fn kept_bricks_count(source: &Arc<dyn BrickSource>, level: u8) -> u64 {
+fn kept_count(source: &Arc<dyn BrickSource>, level: u8) -> u64 {
     (level..source.pyramid().levels()).map(|level| source.pyramid().brick_count(level)).sum()
 }
 

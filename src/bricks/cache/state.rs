@@ -2,8 +2,8 @@
 
 use super::options::{CacheCounters, CacheError, CacheOptions, Stage};
 use crate::bricks::prefetch::Ahead;
-use crate::bricks::{BRICK_EDGE, Brick, BrickKey, BrickSource, EvictionPolicy, Pyramid, SliceSet};
-use std::collections::{HashMap, HashSet, VecDeque};
+use crate::bricks::{BRICK_EDGE, Brick, BrickKey, BrickSource, EvictionPolicy, KeyMap, KeySet, Pyramid, SliceSet};
+use std::collections::VecDeque;
 use std::io;
 use std::sync::Arc;
 
@@ -23,19 +23,19 @@ pub(super) struct State {
     /// Bricks that always stay and are not there yet.
     pub(super) coarse_left: u64,
     coarse: VecDeque<BrickKey>,
-    resident: HashMap<BrickKey, Entry>,
-    loading: HashSet<BrickKey>,
+    resident: KeyMap<Entry>,
+    loading: KeySet,
     /// The least wanted first.
     queue: Vec<BrickKey>,
     /// What the current frame wants, as much of it as there is room for.
-    pinned: HashSet<BrickKey>,
+    pinned: KeySet,
     ahead: Ahead,
     /// What is to be loaded ahead, the nearest first, and what of that is there or on its way.
     next: VecDeque<BrickKey>,
-    fetched: HashSet<BrickKey>,
+    fetched: KeySet,
     slices: SliceSet,
     frame: Option<u64>,
-    pub(super) failed: HashSet<BrickKey>,
+    pub(super) failed: KeySet,
     pub(super) stage: Stage,
     pub(super) closing: bool,
     pub(super) counters: CacheCounters,
@@ -67,16 +67,16 @@ impl State {
             coarse_level,
             coarse_left,
             coarse,
-            resident: HashMap::new(),
-            loading: HashSet::new(),
+            resident: KeyMap::default(),
+            loading: KeySet::default(),
             queue: Vec::new(),
-            pinned: HashSet::new(),
+            pinned: KeySet::default(),
             ahead: Ahead::default(),
             next: VecDeque::new(),
-            fetched: HashSet::new(),
+            fetched: KeySet::default(),
             slices: SliceSet::default(),
             frame: None,
-            failed: HashSet::new(),
+            failed: KeySet::default(),
             stage: Stage::default(),
             closing: false,
             counters: CacheCounters::default(),

@@ -3,9 +3,18 @@
 //! A policy keeps books of what is resident and proposes what to evict; the cache decides and tells it. The same policies serve the
 //! simulation of traces and the cache in memory.
 
+mod areas;
+mod distance;
+mod forecast;
+mod motion;
+mod optimum;
 mod ordered;
 
-use super::{BrickKey, SliceSet};
+use super::{BrickKey, Pyramid, SliceSet};
+pub use areas::Areas;
+pub use distance::{Mdfo, MdfoParams};
+pub use forecast::Forecast;
+pub use optimum::Optimum;
 pub use ordered::Ordered;
 use std::fmt::Debug;
 
@@ -24,4 +33,39 @@ pub trait EvictionPolicy: Send + Debug {
     /// The resident brick to evict, of those that `may` be evicted; it stays on the books until it is removed. What `may` refuses is not
     /// asked for again within the frame.
     fn victim(&mut self, may: &dyn Fn(BrickKey) -> bool) -> Option<BrickKey>;
+}
+
+/// The policies that need to know nothing of the future, by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Policy {
+    /// Least recently used first.
+    #[default]
+    Lru,
+    /// Least frequently used first.
+    Lfu,
+    /// First in, first out.
+    Fifo,
+    /// Equation (3) with the paper's constants.
+    Mdfo,
+    /// Farthest from all slices first.
+    Distance,
+    /// Our own: least likely to be needed soon, by how the slices have moved.
+    Forecast,
+}
+
+impl Policy {
+    /// All of them.
+    pub const ALL: [Policy; 6] = [Policy::Lru, Policy::Lfu, Policy::Fifo, Policy::Mdfo, Policy::Distance, Policy::Forecast];
+
+    /// The policy with empty books.
+    pub fn build(self, pyramid: &Pyramid) -> Box<dyn EvictionPolicy> {
+        match self {
+            Policy::Lru => Box::new(Ordered::lru()),
+            Policy::Lfu => Box::new(Ordered::lfu()),
+            Policy::Fifo => Box::new(Ordered::fifo()),
+            Policy::Mdfo => Box::new(Mdfo::new(pyramid, MdfoParams::default())),
+            Policy::Distance => Box::new(Mdfo::distance(pyramid)),
+            Policy::Forecast => Box::new(Forecast::new(pyramid)),
+        }
+    }
 }

@@ -1,15 +1,15 @@
 //! The textbook policies, which look at times and counts of uses only.
 
 use super::EvictionPolicy;
-use crate::bricks::{BrickKey, SliceSet};
-use std::collections::{BTreeSet, HashMap};
+use crate::bricks::{BrickKey, KeyMap, SliceSet};
+use std::collections::BTreeSet;
 
 /// LRU, LFU or FIFO: bricks in the order of a pair of numbers, the smallest leaves first.
 #[derive(Debug)]
 pub struct Ordered {
     rule: Rule,
     clock: u64,
-    ranks: HashMap<BrickKey, Rank>,
+    ranks: KeyMap<Rank>,
     order: BTreeSet<(Rank, BrickKey)>,
     aside: Vec<BrickKey>,
 }
@@ -26,7 +26,7 @@ type Rank = (u64, u64);
 
 impl Ordered {
     fn new(rule: Rule) -> Self {
-        Ordered { rule, clock: 0, ranks: HashMap::new(), order: BTreeSet::new(), aside: Vec::new() }
+        Ordered { rule, clock: 0, ranks: KeyMap::default(), order: BTreeSet::new(), aside: Vec::new() }
     }
 
     /// Least recently used first.
