@@ -30,13 +30,7 @@ fn value(level: u8, voxel: [u32; 3]) -> f32 {
 type Window = Harness<'static, StoreWindow>;
 
 fn open(source: MadeUp, memory_bytes: u64) -> Window {
-    let options = StoreOptions {
-        name: "survey".into(),
-        source: Arc::new(source),
-        memory_bytes,
-        gpu_bytes: None,
-        transfer_function: None,
-    };
+    let options = StoreOptions { name: "survey".into(), source: Arc::new(source), memory_bytes, gpu_bytes: None, transfer_function: None };
     let builder = Harness::builder().with_size(egui::vec2(1280.0, 800.0)).with_render_cursor(false).wgpu_setup(wgpu_setup());
     builder.build_eframe(|creation| StoreWindow::new(creation, options).expect("a window"))
 }

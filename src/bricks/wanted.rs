@@ -59,7 +59,7 @@ impl Detail {
             let found: Vec<Option<BrickStatistics>> = pyramid.keys(level).map(&statistics).collect();
             if level == 0 {
                 enough[0] = vec![true; found.len()];
-                beneath = found.iter().map(|found| found.map_or(Span::UNREADABLE, |found| Span::of(found.range))).collect();
+                beneath = found.iter().map(|found| found.map_or(Span::UNREADABLE, |found| Span::of(found))).collect();
                 continue;
             }
             let finer = pyramid.bricks(level - 1).map(|n| n as usize);
@@ -93,7 +93,7 @@ impl Detail {
     }
 }
 
-/// Smallest and largest known value, and whether there are bricks without one: where known ends, nothing is within a tolerance.
+/// Smallest and largest known value, and whether there are voxels without one: where known ends, nothing is within a tolerance.
 #[derive(Debug, Clone, Copy)]
 struct Span {
     low: f64,
@@ -105,8 +105,10 @@ impl Span {
     const NONE: Span = Span { low: f64::INFINITY, high: f64::NEG_INFINITY, missing: false };
     const UNREADABLE: Span = Span { low: f64::NEG_INFINITY, high: f64::INFINITY, missing: true };
 
-    fn of([low, high]: [f64; 2]) -> Self {
-        if low.is_nan() || high.is_nan() { Span { missing: true, ..Span::NONE } } else { Span { low, high, missing: false } }
+    fn of(found: BrickStatistics) -> Self {
+        let [low, high] = found.range;
+        let missing = found.known < 1.0;
+        if low.is_nan() || high.is_nan() { Span { missing, ..Span::NONE } } else { Span { low, high, missing } }
     }
 
     fn with(self, other: Span) -> Span {

@@ -75,7 +75,7 @@ def compare(octetra, source, volume, folder, *flags):
             if np.isnan(fine).all():
                 check(f"brick {x, y, z} of level {number} holds nothing", np.isnan(statistics[z, y, x, :2]).all())
                 continue
-            expected = [np.nanmin(fine), np.nanmax(fine), entropy(own)]
+            expected = [np.nanmin(fine), np.nanmax(fine), entropy(own), 1 - np.isnan(fine).mean()]
             check(f"statistics of brick {x, y, z} of level {number}: {statistics[z, y, x]} {expected}",
                   np.allclose(statistics[z, y, x], expected, rtol=1e-6, atol=1e-9))
         level = halved(found).astype(volume.dtype)

@@ -99,7 +99,8 @@ impl StoreWindow {
                 let drag = DragValue::new(&mut normal[axis]).speed(0.01).max_decimals(3).update_while_editing(false);
                 let drag = ui.add_sized(vec2(46.0, ui.spacing().interact_size.y), drag);
                 labelled(&drag, &format!("normal {name}"));
-                is_changed |= drag.on_hover_text(format!("Share of {name} of the normal, in voxels; its length counts for nothing")).changed();
+                is_changed |=
+                    drag.on_hover_text(format!("Share of {name} of the normal, in voxels; its length counts for nothing")).changed();
             }
             if ui.small_button("view").on_hover_text("Turn it to face the eye").clicked() {
                 normal = self.space().index_normal(self.camera.eye - self.camera.target);
@@ -151,7 +152,8 @@ impl StoreWindow {
             );
         });
         let mut is_left_out = self.stream.leaves_out_flat();
-        let tip = "Do not refine bricks whose values all lie within 1/255 of the range: fewer bytes are read, and no colour changes by more";
+        let tip =
+            "Do not refine bricks whose values all lie within 1/255 of the range: fewer bytes are read, and no colour changes by more";
         if ui.checkbox(&mut is_left_out, "Leave flat parts coarse").on_hover_text(tip).changed() {
             self.stream.leave_out_flat(is_left_out);
         }

@@ -116,7 +116,8 @@ impl Stream {
         if is_new {
             let kept = kept_count(&self.source, self.kept);
             let cached = kept_count(&self.source, self.cache.resident_level());
-            let room = (u64::from(self.pool.capacity()).saturating_sub(kept)).min((self.cache.capacity() as u64).saturating_sub(cached + 1));
+            let room =
+                (u64::from(self.pool.capacity()).saturating_sub(kept)).min((self.cache.capacity() as u64).saturating_sub(cached + 1));
             let detail = self.detail.as_ref();
             let enough = |key: BrickKey| detail.is_some_and(|detail| detail.is_enough(key));
             self.asked = asked(self.source.pyramid(), seen, self.kept, room as usize, enough);
