@@ -82,8 +82,8 @@ impl SegyOptions {
 ///
 /// # Reading
 ///
-/// A read takes of each trace only the samples of the box, in parallel. Boxes that are long along x (the sample) cost the fewest reads, and boxes
-/// whose traces lie one behind the other in the file are read many traces at once.
+/// A read takes of each trace only the samples of the box, in parallel, and many traces at once where they lie one behind the other in the file and
+/// the box has nearly all of them. So boxes that are long along x (the sample) cost the fewest reads.
 #[derive(Debug)]
 pub struct SegyVolume {
     input: Input,
