@@ -13,6 +13,9 @@
 //!                   ├─CompactMesh─gpu (tet by tet, f32)────────────────────────────────────────────────────────▶ Image
 //!                   └─exact (ray by ray, f64)──────────────────────────────────────────────────────────────────▶ Image
 //!
+//! SEG-Y, Grid, OctreeTexture ─VoxelSource─▶ bricks::store (Zarr) ─BrickSource─▶ BrickCache ─gpu::slices─▶ slices in the window
+//!                                                  └──────────bricks::slice───────────────────────────────▶ values, Image
+//!
 //! Image, Image ─compare─▶ numbers, difference map;  Surface, Surface ─compare─▶ distances;  OnMesh, OnMesh ─compare─▶ norms
 //! Subject, OctreeTexture ─study::FieldError, octree::error_bound─▶ the stated error
 //!

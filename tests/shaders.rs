@@ -2,7 +2,7 @@
 
 use octetra::gpu::layout::{Counter, Frame, Knot, Style, Surface};
 use octetra::gpu::shader::{FILES, NodeStorage, source};
-use octetra::gpu::{BLOCK_CELLS, CLEARANCE_BITS, Placing};
+use octetra::gpu::{BLOCK_CELLS, CLEARANCE_BITS, Placing, SliceLevel, SliceLook, SliceQuad};
 use octetra::mesh::{adjacency, boundary};
 use octetra::{cpu, optics};
 use wgpu::naga::back::{PipelineConstants, pipeline_constants::process_overrides};
@@ -103,6 +103,9 @@ fn structs_mirror_their_shaders() {
         }),
         mirror!(Counter { low, high }),
         mirror!(Placing { to_image, w, pixel }),
+        mirror!(SliceLevel { dims, first, bricks, amount, tint }),
+        mirror!(SliceLook { low, inverse_width, is_smooth, bias, across, level_count, bits }),
+        mirror!(SliceQuad { clip_from_plane, origin, detail, along_u, border_width, along_v, opacity, border }),
     ];
     let mut seen = std::collections::BTreeSet::new();
     for (file, module) in modules() {
@@ -115,9 +118,9 @@ fn structs_mirror_their_shaders() {
             assert_eq!(*span as usize, *size, "{file}: size of {name}");
         }
     }
-    for found in
-        [("Frame", true), ("Knot", true), ("Surface", true), ("Style", true), ("Counter", true), ("Frame", false), ("Placing", false)]
-    {
+    let marched = [("Frame", true), ("Knot", true), ("Surface", true), ("Style", true), ("Counter", true)];
+    let other = ["Frame", "Placing", "SliceLevel", "SliceLook", "SliceQuad"].map(|name| (name, false));
+    for found in marched.into_iter().chain(other) {
         assert!(seen.contains(&found), "{found:?} is in no shader");
     }
 }
@@ -125,6 +128,8 @@ fn structs_mirror_their_shaders() {
 #[test]
 fn constants_have_one_value() {
     let constants: &[(&str, f64)] = &[
+        ("ABSENT", f64::from(octetra::gpu::ABSENT)),
+        ("BRICK", f64::from(octetra::bricks::BRICK_EDGE)),
         ("BLOCK_CELLS", f64::from(BLOCK_CELLS)),
         ("CLEARANCE_BITS", f64::from(CLEARANCE_BITS)),
         ("FAR", f64::from(cpu::FAR)),

@@ -36,6 +36,7 @@
 //! wipe             two pictures in one
 //! linked           two files in one window
 //! leaves           the octree's leaves over the picture
+//! store            the window for a volume of bricks
 //! tuning           the chart of settings
 //! dock             the panel under the picture
 //! model            the long work: opening, regularizing, measuring, exact pictures, saving
@@ -77,6 +78,7 @@ mod recent;
 mod settings;
 mod slot;
 mod stats;
+pub mod store;
 mod thresholds;
 mod time_bar;
 mod time_stage;
@@ -137,41 +139,49 @@ pub struct Options {
 
 /// Opens the window and returns when it is closed, with what its frames took.
 pub fn run(options: Options) -> Result<WindowStats> {
-    const INSTEAD: &str = "`octetra render` draws without one";
+    let shared: Arc<Mutex<Option<SharedStats>>> = Arc::default();
+    let kept = shared.clone();
+    open_window(&options.name.clone(), "`octetra render` draws without one", move |creation| {
+        let viewer = Viewer::new(creation, options)?;
+        *kept.lock().unwrap_or_else(PoisonError::into_inner) = Some(viewer.stats.clone());
+        Ok(Box::new(viewer))
+    })?;
+    let stats = shared.lock().unwrap_or_else(PoisonError::into_inner).take();
+    stats.map(|stats| stats::lock(&stats).clone()).context("the window was closed before it was open")
+}
+
+/// Opens a window of this name and returns when it is closed. `instead`: what to do where there is no display.
+fn open_window(
+    name: &str,
+    instead: &str,
+    create: impl FnOnce(&eframe::CreationContext<'_>) -> Result<Box<dyn eframe::App>> + 'static,
+) -> Result<()> {
     if cfg!(all(unix, not(target_os = "macos"))) {
         let set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
         if !["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].into_iter().any(set) {
-            bail!("there is no display to open a window on (DISPLAY and WAYLAND_DISPLAY are not set); {INSTEAD}");
+            bail!("there is no display to open a window on (DISPLAY and WAYLAND_DISPLAY are not set); {instead}");
         }
     }
     let mut native = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
-            .with_title(title(&options.name))
+            .with_title(title(name))
             .with_app_id("octetra")
             .with_inner_size([1280.0, 800.0])
             .with_min_inner_size([640.0, 400.0]),
         ..Default::default()
     };
     native.wgpu_options.wgpu_setup = wgpu_setup();
-    let shared: Arc<Mutex<Option<SharedStats>>> = Arc::default();
-    let kept = shared.clone();
-    let create = move |creation: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, Box<dyn std::error::Error + Send + Sync>> {
-        let viewer = Viewer::new(creation, options)?;
-        *kept.lock().unwrap_or_else(PoisonError::into_inner) = Some(viewer.stats.clone());
-        Ok(Box::new(viewer))
-    };
+    let create = move |creation: &eframe::CreationContext<'_>| Ok(create(creation)?);
     let opened = eframe::run_native("octetra", native, Box::new(create));
     opened.map_err(|error| match error {
-        eframe::Error::AppCreation(error) => anyhow!("{error}"),
+        eframe::Error::AppCreation(error) => anyhow!("{error:#}"),
         eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => {
             // What comes before the last colon is where in winit it happened.
             let text = error.to_string();
-            anyhow!("no window can be opened: {}; {INSTEAD}", text.rsplit(": ").next().unwrap_or(&text))
+            anyhow!("no window can be opened: {}; {instead}", text.rsplit(": ").next().unwrap_or(&text))
         }
         error => anyhow!("{error}"),
-    })?;
-    let stats = shared.lock().unwrap_or_else(PoisonError::into_inner).take();
-    stats.map(|stats| stats::lock(&stats).clone()).context("the window was closed before it was open")
+    })
 }
 
 /// The window's title.

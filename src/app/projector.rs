@@ -35,6 +35,11 @@ impl Projector {
         Some(pos2(x, self.rect.top() + self.rect.height() * (0.5 - 0.5 * at.y as f32)))
     }
 
+    /// From positions relative to the data's centre to clip space.
+    pub fn clip_from_data(&self) -> DMat4 {
+        self.clip_from_data
+    }
+
     /// The same for a shader, column by column.
     pub fn matrix(&self) -> [[f32; 4]; 4] {
         self.clip_from_data.as_mat4().to_cols_array_2d()

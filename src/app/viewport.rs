@@ -2,7 +2,9 @@
 //! compares two. Nothing is read back.
 
 use super::slot::Slot;
-use crate::gpu::{Context, FrameTime, GpuError, InFlight, LinePipeline, LineVertex, Lines, Target, device_descriptor, shader};
+use crate::gpu::{
+    Context, FrameTime, GpuError, InFlight, LinePipeline, LineVertex, Lines, SlicePicture, Target, device_descriptor, shader,
+};
 use crate::image::Image;
 use crate::render::{RenderError, Renderer, Scene};
 use crate::view::View;
@@ -59,6 +61,19 @@ pub fn wgpu_setup() -> egui_wgpu::WgpuSetup {
     let mut setup = egui_wgpu::WgpuSetupCreateNew::without_display_handle();
     setup.device_descriptor = Arc::new(device_descriptor);
     egui_wgpu::WgpuSetup::CreateNew(setup)
+}
+
+/// A picture of slices as egui paints it. `id` is what the window's earlier picture has, which goes.
+pub fn painted(window: &egui_wgpu::RenderState, picture: &SlicePicture, id: Option<egui::TextureId>) -> egui::TextureId {
+    let mut renderer = window.renderer.write();
+    let filter = wgpu::FilterMode::Nearest;
+    match id {
+        Some(id) => {
+            renderer.update_egui_texture_from_wgpu_texture(&window.device, picture.view(), filter, id);
+            id
+        }
+        None => renderer.register_native_texture(&window.device, picture.view(), filter),
+    }
 }
 
 impl Viewport {

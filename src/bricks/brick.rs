@@ -20,6 +20,8 @@ pub struct BrickStatistics {
     /// Entropy in bits, 0 to 8, of the brick's own known voxels: of a histogram of 256 bins over their range, or of one bin a value where integers
     /// span fewer than 256 (Shannon; used as the third paper does).
     pub entropy: f32,
+    /// Share of the voxels of level 0 in the brick's part of the volume that are known, 0 to 1.
+    pub known: f32,
 }
 
 /// Where bricks come from: a store, or numbers made up. All methods may be called from several threads.

@@ -53,6 +53,18 @@ impl GridBricks {
         rows.flat_map(move |row| &voxels[row + x.start..row + x.end]).filter(|v| !v.is_nan()).map(|&v| f64::from(v))
     }
 
+    /// The share of the voxels of level 0 beneath a brick that are known.
+    fn known_beneath(&self, key: BrickKey) -> f32 {
+        let dims = self.pyramid.dims(0).map(|n| n as usize);
+        let [x, y, z] = self.pyramid.voxels(key).map(|range| range.start as usize..range.end as usize);
+        let beneath = |range: std::ops::Range<usize>, axis: usize| range.start << key.level..(range.end << key.level).min(dims[axis]);
+        let (x, y, z) = (beneath(x, 0), beneath(y, 1), beneath(z, 2));
+        let all = x.len() * y.len() * z.len();
+        let rows = z.flat_map(|z| y.clone().map(move |y| (z * dims[1] + y) * dims[0]));
+        let known = rows.flat_map(|row| &self.levels[0][row + x.start..row + x.end]).filter(|v| !v.is_nan()).count();
+        known as f32 / all as f32
+    }
+
     fn measure(&self, key: BrickKey) -> BrickStatistics {
         let span = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
         let nothing = [f64::NAN; 2];
@@ -71,7 +83,7 @@ impl GridBricks {
         self.known(key).for_each(|v| bins[(((v - own[0]) * scale) as usize).min(255)] += 1);
         let all = f64::from(bins.iter().sum::<u32>());
         let entropy: f64 = bins.iter().filter(|&&n| n > 0).map(|&n| f64::from(n) / all).map(|p| -p * p.log2()).sum();
-        BrickStatistics { range, entropy: entropy as f32 }
+        BrickStatistics { range, entropy: entropy as f32, known: self.known_beneath(key) }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::long_work::with_bar;
 use super::mode::ModeArgs;
+use super::segy::SegyArgs;
 use super::session::SessionView;
 use super::steps::StepArgs;
 use super::transfer::TransferArgs;
@@ -139,6 +140,8 @@ pub struct RawArgs {
     /// The most significant byte comes first
     #[arg(long, requires = "dims")]
     pub big_endian: bool,
+    #[command(flatten)]
+    pub segy: SegyArgs,
 }
 
 impl RawArgs {
@@ -149,6 +152,7 @@ impl RawArgs {
             voxel: layout.map(|layout| layout.voxel.to_owned()),
             spacing: layout.map(|layout| layout.spacing),
             big_endian: layout.is_some_and(|layout| layout.is_big_endian),
+            segy: SegyArgs::default(),
         }
     }
 
@@ -165,7 +169,7 @@ impl RawArgs {
         }
         let flags = [("--dims", self.dims.map(joined)), ("--type", self.voxel.clone()), ("--spacing", self.spacing.map(joined))];
         let with_values = flags.into_iter().filter_map(|(flag, value)| Some([flag.to_owned(), value?])).flatten();
-        with_values.chain(self.big_endian.then(|| "--big-endian".to_owned())).collect()
+        with_values.chain(self.big_endian.then(|| "--big-endian".to_owned())).chain(self.segy.flags()).collect()
     }
 }
 

@@ -4,12 +4,14 @@ use super::args::{MeshArgs, OctreeArgs, RawArgs};
 use super::long_work::with_bar;
 use super::subject::{read_subject, regularized};
 use crate::bricks::store::{BuildOptions, build};
+use crate::format::segy::{SegyVolume, is_segy};
 use crate::octree::{OctreeTexture, OctreeVolume, Subject};
-use crate::volume::{Grid, VoxelSource};
+use crate::volume::{Grid, GridFrame, Samples, VoxelSource, VoxelType};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde_json::{Value, json};
 use std::io::{self, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Instant, UNIX_EPOCH};
@@ -86,14 +88,21 @@ impl BricksCommand {
         {
             bail!("{}: is the source, the store would overwrite it", path.display());
         }
+        if let Some(path) = self.mesh.mesh.as_deref().filter(|_| self.volume.layout().is_none())
+            && path.is_file()
+            && is_segy(path)?
+        {
+            let survey = with_bar(|progress| SegyVolume::open(path, &self.volume.segy.options(), progress))?;
+            if let Some(name) = self.mesh.array.as_deref().filter(|name| *name != survey.name()) {
+                bail!("{}: there is no array \"{name}\"; a survey has \"{}\"", path.display(), survey.name());
+            }
+            let mut out = io::stdout().lock();
+            survey.notes().iter().try_for_each(|note| writeln!(out, "note          {note}"))?;
+            return self.unless_resolution(survey);
+        }
         let subject = read_subject(&self.mesh, &self.volume)?;
         match &subject {
-            Subject::Volume(grid) => {
-                if self.resolution.is_some() {
-                    bail!("--resolution is for meshes; a volume has its own voxels");
-                }
-                Ok(Box::new(Shared(grid.clone())))
-            }
+            Subject::Volume(grid) => self.unless_resolution(Shared(grid.clone())),
             Subject::Mesh(mesh, _) => {
                 let tree = regularized(&self.mesh, &subject, &self.octree.params())?;
                 let texture = OctreeTexture::encode(&tree)?;
@@ -101,6 +110,14 @@ impl BricksCommand {
                 Ok(Box::new(OctreeVolume::new(texture, &**mesh, subject.array().to_owned(), longest)))
             }
         }
+    }
+
+    /// A volume, which has voxels of its own.
+    fn unless_resolution(&self, source: impl VoxelSource + 'static) -> Result<Box<dyn VoxelSource>> {
+        if self.resolution.is_some() {
+            bail!("--resolution is for meshes; a volume has its own voxels");
+        }
+        Ok(Box::new(source))
     }
 
     /// What tells one source from another.
@@ -111,7 +128,7 @@ impl BricksCommand {
         Ok(json!({
             "file": path.and_then(Path::file_name).map(|name| name.to_string_lossy()), "state": file, "name": source.name(),
             "dims": frame.dims, "origin": frame.origin.to_array(), "steps": frame.steps.to_cols_array(),
-            "octree": format!("{:?}", self.octree.params()),
+            "octree": format!("{:?}", self.octree.params()), "segy": self.volume.segy.options(),
         }))
     }
 }
@@ -127,16 +144,16 @@ fn file_state(path: &Path) -> io::Result<Value> {
 struct Shared(Arc<Grid>);
 
 impl VoxelSource for Shared {
-    fn frame(&self) -> &crate::volume::GridFrame {
+    fn frame(&self) -> &GridFrame {
         self.0.frame()
     }
     fn name(&self) -> &str {
         self.0.name()
     }
-    fn voxel_type(&self) -> crate::volume::VoxelType {
+    fn voxel_type(&self) -> VoxelType {
         self.0.voxel_type()
     }
-    fn read(&self, region: &[std::ops::Range<u32>; 3]) -> io::Result<crate::volume::Samples> {
+    fn read(&self, region: &[Range<u32>; 3]) -> io::Result<Samples> {
         self.0.read(region)
     }
 }

@@ -240,6 +240,7 @@ fn volume_numbers(grid: &Grid) -> Value {
             "bounds": [bounds.min.to_array(), bounds.max.to_array()],
         },
         "arrays": [{ "name": grid.name(), "of": "points", "components": 1, "range": [grid.range()], "missing": grid.missing() }],
+        "notes": grid.notes(),
     })
 }
 
@@ -261,7 +262,8 @@ fn describe_volume(out: &mut impl Write, grid: &Grid) -> io::Result<()> {
     writeln!(out, "size          {} x {} x {}, diagonal {:.6}", size.x, size.y, size.z, bounds.diagonal())?;
     let mapped = if grid.samples().is_mapped() { ", mapped from the file" } else { "" };
     writeln!(out, "memory        {:.1} MiB{mapped}", grid.samples().bytes() as f64 / f64::from(1 << 20))?;
-    writeln!(out, "point array   {}  {lo} .. {hi}{missing}  <- shown", grid.name())
+    writeln!(out, "point array   {}  {lo} .. {hi}{missing}  <- shown", grid.name())?;
+    grid.notes().iter().try_for_each(|note| writeln!(out, "note          {note}"))
 }
 
 impl ArrayRange {

@@ -17,6 +17,7 @@ mod quality;
 mod regularize;
 mod render;
 mod report;
+mod segy;
 mod sequence;
 mod session;
 mod skip_table;

@@ -1,6 +1,7 @@
 //! `--session FILE`: what a session says, unless a flag says otherwise.
 
 use super::args::{MeshArgs, OctreeArgs, RawArgs, ViewArgs, threshold_flags};
+use super::segy::{SEGY, SegyArgs};
 use crate::session::Session;
 use crate::view::{Camera, RenderSettings, Shading, TransferFunction};
 use anyhow::{Context, Result};
@@ -104,7 +105,10 @@ impl SessionArgs {
                 mesh.solution = session.data.solution.clone();
             }
             if !given.any(&RAW) {
-                *raw = RawArgs::of(session.data.raw.as_ref());
+                *raw = RawArgs { segy: raw.segy.clone(), ..RawArgs::of(session.data.raw.as_ref()) };
+            }
+            if !given.any(&SEGY) {
+                raw.segy = SegyArgs::of(&session.data.segy);
             }
         }
         if !given.any(&["array"]) {

@@ -1,8 +1,8 @@
 //! Flags for time series, and the step that they choose.
 
-use super::args::{MeshArgs, parse_number};
+use super::args::{MeshArgs, RawArgs, parse_number};
 use super::render::note;
-use crate::format::{RawLayout, Series};
+use crate::format::Series;
 use crate::session::Source;
 use anyhow::{Result, bail};
 use clap::Args;
@@ -85,10 +85,11 @@ impl MeshArgs {
     }
 
     /// Where the data comes from, as a session has it.
-    pub fn source(&self, raw: Option<RawLayout>) -> Source {
+    pub fn source(&self, volume: &RawArgs) -> Source {
+        let (raw, segy) = (volume.layout(), volume.segy.options());
         match &self.steps.chosen {
-            Some(Chosen { step, source, .. }) => Source { step: Some(*step), raw, ..source.clone() },
-            None => Source { file: self.mesh.clone(), solution: self.solution.clone(), raw, ..Source::default() },
+            Some(Chosen { step, source, .. }) => Source { step: Some(*step), raw, segy, ..source.clone() },
+            None => Source { file: self.mesh.clone(), solution: self.solution.clone(), raw, segy, ..Source::default() },
         }
     }
 }

@@ -33,7 +33,7 @@ pub fn regularized(args: &MeshArgs, subject: &Subject, params: &OctreeParams) ->
 
 /// How files are read.
 pub fn read_options(args: &MeshArgs, raw: &RawArgs) -> ReadOptions {
-    ReadOptions { raw: raw.layout(), ..args.options() }
+    ReadOptions { raw: raw.layout(), segy: raw.segy.options(), ..args.options() }
 }
 
 /// Reads the file that the arguments name, or the bundled mesh, its cells as they are. A PLOT3D grid needs no solution.

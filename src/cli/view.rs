@@ -4,16 +4,19 @@ use super::args::{DeviceArg, MeshArgs, OctreeArgs, RawArgs, ViewArgs, check_outp
 use super::render::no_exact_volume;
 use super::session::SessionArgs;
 use super::subject::{check_budget, read_subject};
+use crate::app::store::{self, StoreOptions};
 use crate::app::{self, Options, WindowStats};
+use crate::bricks::Store;
 use crate::image::write_atomically;
 use crate::octree::Subject;
 use crate::session::Source;
 use crate::study::ErrorSampling;
-use crate::view::RendererKind;
+use crate::view::{RendererKind, TransferFunction};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// `octetra view`, and plain `octetra`.
 #[derive(Debug, Args)]
@@ -40,6 +43,9 @@ impl ViewCommand {
     /// Reads the mesh or volume and opens the window on it.
     pub fn run(mut self) -> Result<()> {
         ensure!(!matches!(self.view.device, DeviceArg::Cpu), "the window draws on a GPU; octetra render --device cpu draws without one");
+        if let Some(path) = self.mesh.mesh.clone().filter(|path| Store::is_at(path)) {
+            return self.run_store(&path);
+        }
         let session = self.session.apply(&mut self.mesh, &mut self.volume, &mut self.octree, &mut self.view)?;
         self.mesh.choose_step()?;
         let outputs = [self.stats.as_ref().filter(|path| !is_stdout(path))];
@@ -66,7 +72,7 @@ impl ViewCommand {
         check_budget(&self.mesh, &subject)?;
         let stats = app::run(Options {
             name: self.mesh.stem(),
-            source: self.mesh.source(self.volume.layout()),
+            source: self.mesh.source(&self.volume),
             session,
             recent: app::recent_file(),
             subject,
@@ -80,6 +86,24 @@ impl ViewCommand {
             folder: ".".into(),
         })?;
         self.stats.as_deref().map(|path| write_stats(path, &stats)).transpose().map(drop)
+    }
+}
+
+impl ViewCommand {
+    /// Opens the window for a store of bricks.
+    fn run_store(&self, path: &Path) -> Result<()> {
+        ensure!(self.compare_with.is_none(), "{}: a store of bricks is compared with nothing", path.display());
+        ensure!(self.stats.is_none(), "{}: there are no --stats of the window for a store of bricks", path.display());
+        let store = Store::open(path)?;
+        let transfer_function = Some(self.view.transfer.read(None)?).filter(|tf| *tf != TransferFunction::standard());
+        store::run_store(StoreOptions {
+            name: self.mesh.stem(),
+            source: Arc::new(store),
+            // Bricks on their way, the window and the GPU's share need room, too.
+            memory_bytes: self.mesh.memory.unwrap_or_else(|| self.mesh.budget_bytes() / 3),
+            gpu_bytes: None,
+            transfer_function,
+        })
     }
 }
 

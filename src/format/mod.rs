@@ -17,6 +17,9 @@ mod openfoam;
 mod parse;
 mod plot3d;
 mod raw;
+pub mod segy;
+#[cfg(test)]
+mod segy_tests;
 pub mod series;
 mod source;
 mod su2;
@@ -36,6 +39,7 @@ use crate::volume::Grid;
 pub use parse::ParseError;
 pub use plot3d::Plot3dError;
 pub use raw::RawLayout;
+use segy::SegyOptions;
 pub use series::Series;
 use source::Source;
 use std::fs::File;
@@ -68,6 +72,7 @@ pub const FORMATS: &[Format] = &[
     Format { name: "OpenFOAM case", suffixes: openfoam::SUFFIXES, recognizes: |_| false, reader: Reader::Cells(openfoam::read) },
     Format { name: "EnSight Gold", suffixes: ensight::SUFFIXES, recognizes: ensight::recognizes, reader: Reader::Cells(ensight::read) },
     Format { name: "MetaImage", suffixes: &["mhd", "mha"], recognizes: meta_image::recognizes, reader: Reader::Grid(meta_image::read) },
+    Format { name: "SEG-Y", suffixes: segy::SUFFIXES, recognizes: segy::recognizes, reader: Reader::Grid(segy::read) },
     Format { name: "STL", suffixes: &["stl"], recognizes: surface::stl::recognizes, reader: Reader::Cells(surface::stl::read) },
     Format { name: "PLY", suffixes: &["ply"], recognizes: surface::ply::recognizes, reader: Reader::Cells(surface::ply::read) },
     Format { name: "Wavefront OBJ", suffixes: &["obj"], recognizes: surface::obj::recognizes, reader: Reader::Cells(surface::obj::read) },
@@ -157,6 +162,8 @@ pub struct ReadOptions {
     pub map_from_bytes: u64,
     /// Where the solution of a PLOT3D grid lies.
     pub solution: SolutionFile,
+    /// How SEG-Y is read where the file does not say so itself.
+    pub segy: SegyOptions,
 }
 
 /// Where the solution of a PLOT3D grid lies.
@@ -174,7 +181,15 @@ pub enum SolutionFile {
 impl Default for ReadOptions {
     fn default() -> Self {
         let map_from_bytes = 64 << 20;
-        ReadOptions { array: None, component: None, raw: None, memory_bytes: u64::MAX, map_from_bytes, solution: SolutionFile::Beside }
+        ReadOptions {
+            array: None,
+            component: None,
+            raw: None,
+            memory_bytes: u64::MAX,
+            map_from_bytes,
+            solution: SolutionFile::Beside,
+            segy: SegyOptions::default(),
+        }
     }
 }
 

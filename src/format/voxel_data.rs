@@ -1,6 +1,7 @@
 //! What the formats of volumes share: keys of a header, data files beside it, and numbers into [`Samples`].
 
 use super::GridFile;
+use super::segy::SegyError;
 use super::source::Source;
 use super::vtu::data::ArrayReader;
 use super::vtu::number::{self, ByteOrder, Item, ScalarType};
@@ -93,6 +94,9 @@ pub enum VolumeError {
     /// What it holds is no volume.
     #[error("the volume {0}")]
     Grid(#[from] GridError),
+    /// It is no sound SEG-Y.
+    #[error("{0}")]
+    Segy(#[from] SegyError),
     /// The markup of a `.vti` file is broken.
     #[error("{0}")]
     Xml(#[from] VtuError),
@@ -113,6 +117,7 @@ impl VolumeError {
     /// The request to stop, if that is why.
     pub(super) fn cancelled(&self) -> Option<Cancelled> {
         match self {
+            VolumeError::Segy(SegyError::Cancelled(cancelled)) => Some(*cancelled),
             VolumeError::Cancelled(cancelled) | VolumeError::Xml(VtuError::Cancelled(cancelled)) => Some(*cancelled),
             VolumeError::Array { reason: ArrayError::Cancelled(cancelled), .. } => Some(*cancelled),
             _ => None,

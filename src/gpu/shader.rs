@@ -51,6 +51,7 @@ embedded![
     "shared/steps.wgsl",
     "shared/style.wgsl",
     "shared/surface.wgsl",
+    "slices.wgsl",
     "viewport.wgsl",
 ];
 

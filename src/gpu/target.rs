@@ -68,6 +68,11 @@ impl Target {
         })
     }
 
+    /// Records the copy of a texture of the same size and format to this one.
+    pub(super) fn copy_from(&self, encoder: &mut wgpu::CommandEncoder, texture: &wgpu::Texture) {
+        encoder.copy_texture_to_texture(texture.as_image_copy(), self.texture.as_image_copy(), self.texture.size());
+    }
+
     /// The view to bind.
     pub fn view(&self) -> &wgpu::TextureView {
         &self.view

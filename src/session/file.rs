@@ -85,6 +85,7 @@ mod tests {
     use super::super::Source;
     use super::*;
     use crate::format::RawLayout;
+    use crate::format::segy::SegyOptions;
     use crate::furniture::Parts;
     use crate::mesh::Component;
     use crate::octree::Preset;
@@ -104,6 +105,7 @@ mod tests {
                 step: Some(3),
                 file: Some(file),
                 raw: Some(RawLayout { dims: [2, 3, 4], voxel: "i16", spacing: [0.1, 1.0, 2.0], is_big_endian: true }),
+                segy: SegyOptions { iline_byte: Some(9), sample_step: Some(2.5), truncated: true, ..SegyOptions::default() },
             },
             array: Some("velocity".into()),
             component: Component::Index(5),

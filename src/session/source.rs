@@ -1,5 +1,6 @@
 //! Where data comes from, and where that is as seen from a folder.
 
+use crate::format::segy::SegyOptions;
 use crate::format::series::{Series, SeriesError};
 use crate::format::{RawLayout, ReadOptions, SolutionFile};
 use crate::mesh::Component;
@@ -22,6 +23,9 @@ pub struct Source {
     pub solution: Option<PathBuf>,
     /// How to read plain bytes, if the file is of these.
     pub raw: Option<RawLayout>,
+    /// How to read SEG-Y, where the file does not say so itself.
+    #[serde(skip_serializing_if = "SegyOptions::is_default")]
+    pub segy: SegyOptions,
 }
 
 impl Source {
@@ -52,7 +56,7 @@ impl Source {
             Component::Index(index) => Some(index),
         };
         let solution = self.solution.clone().map_or(SolutionFile::Beside, SolutionFile::At);
-        ReadOptions { array, component, raw: self.raw.clone(), memory_bytes, solution, ..Default::default() }
+        ReadOptions { array, component, raw: self.raw.clone(), memory_bytes, solution, segy: self.segy.clone(), ..Default::default() }
     }
 
     /// The same with other paths.

@@ -262,8 +262,8 @@ pub fn shell_statistics(edge: u32, key: BrickKey) -> BrickStatistics {
     let nearest = DVec3::ZERO.clamp(first, last).length();
     let farthest = first.abs().max(last.abs()).length();
     match farthest < WALL[0] || nearest > WALL[1] {
-        true => BrickStatistics { range: [0.0; 2], entropy: 0.0 },
-        false => BrickStatistics { range: [0.0, 255.0], entropy: 8.0 },
+        true => BrickStatistics { range: [0.0; 2], entropy: 0.0, known: 1.0 },
+        false => BrickStatistics { range: [0.0, 255.0], entropy: 8.0, known: 1.0 },
     }
 }
 

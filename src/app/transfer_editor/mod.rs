@@ -26,7 +26,8 @@ use anyhow::Result;
 use egui::{ComboBox, DragValue, Response, Sense, Slider, Ui, vec2};
 use files::{Done, Form};
 use histogram_stage::HistogramStage;
-use plot::{gradient, set_range};
+pub(super) use plot::gradient;
+use plot::set_range;
 
 /// Colours that are offered for values below and above the range, ParaView's.
 const BEYOND: [[f64; 3]; 2] = [[0.0; 3], [0.5; 3]];

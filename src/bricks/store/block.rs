@@ -84,8 +84,8 @@ impl<T: StoredVoxel> Block<T> {
         cube
     }
 
-    /// Range of the known values, and entropy, of the brick at a place in units of bricks. Both range ends are NaN where nothing is known.
-    pub fn summary(&self, brick: [usize; 3]) -> ([f64; 2], f64) {
+    /// Range, entropy and share of the known values of the brick at a place in units of bricks. Both range ends are NaN where nothing is known.
+    pub fn summary(&self, brick: [usize; 3]) -> ([f64; 2], f64, f64) {
         let edge = BRICK_EDGE as usize;
         let [nx, ny, _] = self.dims;
         let ends = [0, 1, 2].map(|axis| (brick[axis] * edge, ((brick[axis] + 1) * edge).min(self.dims[axis])));
@@ -95,24 +95,28 @@ impl<T: StoredVoxel> Block<T> {
     }
 }
 
-/// Range and entropy in bits of the known values of some rows. The histogram has 256 bins over that range, or over the 256 values from its lower end
+/// Range, entropy in bits and share of the known values of some rows. The histogram has 256 bins over that range, or over the 256 values from its lower end
 /// on where values are integers of a smaller range.
-fn summary_of<'a, T: StoredVoxel>(rows: impl Iterator<Item = &'a [T]> + Clone) -> ([f64; 2], f64) {
+fn summary_of<'a, T: StoredVoxel>(rows: impl Iterator<Item = &'a [T]> + Clone) -> ([f64; 2], f64, f64) {
     let mut range: Option<[T; 2]> = None;
+    let (mut all, mut count) = (0usize, 0usize);
     for row in rows.clone() {
         #[allow(clippy::eq_op)] // only NaN differs from itself
-        let mut known = row.iter().copied().filter(|v| *v == *v);
+        let known = row.iter().copied().filter(|v| *v == *v);
+        all += row.len();
         let Some(first) = range.map(|[low, _]| low).or_else(|| known.clone().next()) else { continue };
         let [mut low, mut high] = range.unwrap_or([first; 2]);
-        for value in &mut known {
+        for value in known {
+            count += 1;
             low = if value < low { value } else { low };
             high = if value > high { value } else { high };
         }
         range = Some([low, high]);
     }
-    let Some([low, high]) = range.map(|ends| ends.map(T::to_f64)) else { return ([f64::NAN; 2], 0.0) };
+    let Some([low, high]) = range.map(|ends| ends.map(T::to_f64)) else { return ([f64::NAN; 2], 0.0, 0.0) };
+    let known = count as f64 / all as f64;
     if low == high {
-        return ([low, high], 0.0);
+        return ([low, high], 0.0, known);
     }
     let is_whole = T::FILL.partial_cmp(&T::FILL).is_some();
     let scale = if is_whole && high - low < BINS as f64 { 1.0 } else { BINS as f64 / (high - low) };
@@ -128,7 +132,7 @@ fn summary_of<'a, T: StoredVoxel>(rows: impl Iterator<Item = &'a [T]> + Clone) -
     let total: f64 = counts.iter().map(|&count| f64::from(count)).sum();
     let share = |count: u32| f64::from(count) / total;
     let entropy = counts.iter().filter(|&&count| count > 0).map(|&count| -share(count) * share(count).log2()).sum::<f64>();
-    ([low, high], entropy.max(0.0))
+    ([low, high], entropy.max(0.0), known)
 }
 
 #[cfg(test)]
@@ -175,18 +179,21 @@ mod tests {
     #[test]
     fn entropy_is_that_of_its_definition() {
         let even = block([64, 64, 64], |x, _, _| (x % 4) as u8);
-        assert_eq!(even.summary([0; 3]), ([0.0, 3.0], 2.0));
+        assert_eq!(even.summary([0; 3]), ([0.0, 3.0], 2.0, 1.0));
         let constant = block([64, 64, 64], |_, _, _| 7.5f32);
-        assert_eq!(constant.summary([0; 3]), ([7.5, 7.5], 0.0));
+        assert_eq!(constant.summary([0; 3]), ([7.5, 7.5], 0.0, 1.0));
         let uniform = block([64, 64, 64], |x, y, _| (x + 64 * y) as f32);
-        let (range, entropy) = uniform.summary([0; 3]);
+        let (range, entropy, _) = uniform.summary([0; 3]);
         assert_eq!(range, [0.0, 4095.0]);
         assert!((entropy - 8.0).abs() < 1e-3, "{entropy}");
-        let (range, entropy) = Block::<f32>::unknown([64; 3]).summary([0; 3]);
-        assert!(range[0].is_nan() && range[1].is_nan() && entropy == 0.0);
+        let (range, entropy, known) = Block::<f32>::unknown([64; 3]).summary([0; 3]);
+        assert!(range[0].is_nan() && range[1].is_nan() && entropy == 0.0 && known == 0.0);
+        let mut half = block([64, 1, 2], |_, _, z| z as f32);
+        half.voxels[..64].fill(f32::NAN);
+        assert_eq!(half.summary([0; 3]), ([1.0, 1.0], 0.0, 0.5));
         // The second brick is cut short.
         let two = block([66, 1, 1], |x, _, _| x as i16);
-        assert_eq!(two.summary([1, 0, 0]), ([64.0, 65.0], 1.0));
+        assert_eq!(two.summary([1, 0, 0]), ([64.0, 65.0], 1.0, 1.0));
         // One voxel in a thousand differs.
         let rare = block([100, 10, 1], |x, y, _| u8::from(x + y == 0) * 200);
         let expected = -(0.001f64 * 0.001f64.log2() + 0.999 * 0.999f64.log2());

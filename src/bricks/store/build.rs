@@ -9,7 +9,7 @@ use super::folder::Folder;
 use super::layout::{Info, STATISTICS, level_array, statistics_array};
 use super::voxel::StoredVoxel;
 use super::{BUILD, ROOT, StoreError};
-use crate::bricks::{BRICK_EDGE, Pyramid};
+use crate::bricks::{BRICK_EDGE, BrickKey, Pyramid};
 use crate::progress::Progress;
 use crate::volume::{VoxelSource, VoxelType};
 use rayon::prelude::*;
@@ -213,7 +213,7 @@ impl<'a, T: StoredVoxel> Builder<'a, T> {
         Ok(Done { half, statistics })
     }
 
-    /// Smallest, largest value and entropy of each brick of a shard, NaN for those beyond the end.
+    /// Smallest, largest value, entropy and share known of each brick of a shard, NaN for those beyond the end.
     fn statistics(&self, block: &Block<T>, level: u8, at: [u32; 3], below: &[([u32; 3], Vec<f64>)]) -> Vec<f64> {
         let side = self.info.shard_bricks as usize;
         let bricks = block.dims.map(|n| n.div_ceil(BRICK_EDGE as usize));
@@ -222,22 +222,30 @@ impl<'a, T: StoredVoxel> Builder<'a, T> {
             if (0..3).any(|axis| brick[axis] >= bricks[axis]) {
                 return [f64::NAN; STATISTICS];
             }
-            let (mut range, entropy) = block.summary(brick);
+            let (mut range, entropy, mut known) = block.summary(brick);
             if level > 0 {
                 range = [f64::NAN; 2];
+                let mut sums = [0.0; 2];
                 for part in 0..8 {
                     // The brick of the finer level, and where its shard has it.
                     let fine = [0, 1, 2].map(|axis| 2 * (at[axis] as usize * side + brick[axis]) + (part >> axis & 1));
-                    let Some((_, known)) = below.iter().find(|(shard, _)| (0..3).all(|axis| shard[axis] as usize == fine[axis] / side))
+                    let Some((_, found)) = below.iter().find(|(shard, _)| (0..3).all(|axis| shard[axis] as usize == fine[axis] / side))
                     else {
                         continue;
                     };
                     let place = fine.map(|fine| fine % side);
-                    let known = &known[STATISTICS * (place[0] + side * (place[1] + side * place[2]))..];
-                    range = [range[0].min(known[0]), range[1].max(known[1])];
+                    let found = &found[STATISTICS * (place[0] + side * (place[1] + side * place[2]))..];
+                    let key = BrickKey { level: level - 1, at: fine.map(|at| at as u32) };
+                    if !self.pyramid.has(key) {
+                        continue;
+                    }
+                    range = [range[0].min(found[0]), range[1].max(found[1])];
+                    let voxels: f64 = self.pyramid.voxels(key).map(|range| range.len() as f64).iter().product();
+                    sums = [sums[0] + voxels * found[3], sums[1] + voxels];
                 }
+                known = sums[0] / sums[1];
             }
-            [range[0], range[1], entropy]
+            [range[0], range[1], entropy, known]
         };
         (0..side.pow(3)).into_par_iter().flat_map_iter(of_brick).collect()
     }

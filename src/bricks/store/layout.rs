@@ -4,7 +4,7 @@
 //! STORE.zarr/
 //!   zarr.json              the root: OME-NGFF 0.5 multiscales, and "octetra": what Info holds. Written last: without it a store is not whole.
 //!   0/ 1/ 2/ ..            the levels, from the finest: arrays along z, y, x in shards of bricks of 64^3 voxels, zstd
-//!   statistics/0/ 1/ ..    for each level an array along z, y, x of bricks: smallest, largest value, entropy
+//!   statistics/0/ 1/ ..    for each level an array along z, y, x of bricks: smallest, largest value, entropy, share known
 //!   octetra-build.json     what is being written, while it is
 //! ```
 
@@ -23,7 +23,7 @@ pub const VERSION: u32 = 1;
 /// The compression level of zstd: fast, and hardly worse on measured data than slow ones.
 const ZSTD_LEVEL: i32 = 1;
 /// Numbers that are kept of a brick.
-pub const STATISTICS: usize = 3;
+pub const STATISTICS: usize = 4;
 
 /// What a store says of itself, beside what OME-NGFF has a place for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -126,7 +126,7 @@ pub fn statistics_array<S: ?Sized>(storage: Arc<S>, info: &Info, level: u8) -> R
     let mut shard = vec![u64::from(info.shard_bricks); 3];
     shard.push(STATISTICS as u64);
     let mut builder = ArrayBuilder::new(shape, shard, data_type::float64(), f64::NAN);
-    let names: [Option<&str>; 4] = [Some("z"), Some("y"), Some("x"), Some("min, max, entropy")];
+    let names: [Option<&str>; 4] = [Some("z"), Some("y"), Some("x"), Some("min, max, entropy, known")];
     builder.dimension_names(names.into());
     builder.build(storage, &format!("/statistics/{level}"))
 }

@@ -107,7 +107,7 @@ impl Store {
         path.is_dir() && (is_named || path.join(ROOT).is_file() || path.join(BUILD).is_file())
     }
 
-    /// Opens the store in a folder. What is known of its bricks is read, 24 bytes a brick.
+    /// Opens the store in a folder. What is known of its bricks is read, 32 bytes a brick.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
         let failed = |what: String| StoreError::Failed { path: path.to_owned(), what };
         let storage = Arc::new(Folder::new(path).map_err(|error| failed(error.to_string()))?);
@@ -208,7 +208,8 @@ impl BrickSource for Store {
         let [nx, ny, _] = self.pyramid.bricks(key.level).map(|n| n as usize);
         let [x, y, z] = key.at.map(|at| at as usize);
         let numbers = self.levels[usize::from(key.level)].statistics.get(STATISTICS * (x + nx * (y + ny * z))..)?;
-        Some(BrickStatistics { range: [*numbers.first()?, *numbers.get(1)?], entropy: *numbers.get(2)? as f32 })
+        let [low, high, entropy, known] = *numbers.first_chunk::<STATISTICS>()?;
+        Some(BrickStatistics { range: [low, high], entropy: entropy as f32, known: known as f32 })
     }
 
     fn load(&self, key: BrickKey) -> io::Result<Brick> {

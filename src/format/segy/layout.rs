@@ -254,7 +254,10 @@ impl Candidate {
         let traces = u32::try_from(traces).ok().filter(|&traces| traces < u32::MAX).ok_or(SegyError::TooMany(traces))?;
         if self.samples != self.counts[0] {
             let [stated, _] = self.counts;
-            notes.push(format!("{} samples a trace, as the first trace says; the binary header's {stated} do not fit the file", self.samples));
+            notes.push(format!(
+                "{} samples a trace, as the first trace says; the binary header's {stated} do not fit the file",
+                self.samples
+            ));
         }
         let interval = if binary.interval() > 0.0 { binary.interval() } else { self.interval };
         Ok(Layout {

@@ -18,6 +18,8 @@ mod damage_tests;
 mod error;
 mod input;
 mod layout;
+#[cfg(test)]
+mod layout_tests;
 mod place;
 mod read;
 mod reader;
@@ -26,7 +28,7 @@ mod scan;
 #[cfg(test)]
 mod shared_tests;
 #[cfg(test)]
-mod test_file;
+pub(super) mod test_file;
 #[cfg(test)]
 mod tests;
 
@@ -35,9 +37,10 @@ use crate::volume::{GridFrame, VoxelType};
 pub use error::SegyError;
 pub(super) use input::Input;
 use layout::Layout;
+pub use reader::is_segy;
 pub(super) use reader::{SUFFIXES, read, recognizes};
-pub use scan::{LineBytes, Lines};
 use scan::Survey;
+pub use scan::{LineBytes, Lines};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -62,6 +65,13 @@ pub struct SegyOptions {
     pub truncated: bool,
 }
 
+impl SegyOptions {
+    /// Whether they say nothing.
+    pub fn is_default(&self) -> bool {
+        *self == SegyOptions::default()
+    }
+}
+
 /// A survey in a file whose trace headers have been read, and whose samples are read box by box: a [`VoxelSource`](crate::volume::VoxelSource).
 /// It takes 4 bytes of memory for each position, and 8 more for each trace while it is opened.
 ///
@@ -72,8 +82,8 @@ pub struct SegyOptions {
 ///
 /// # Reading
 ///
-/// A read takes of each trace only the samples of the box, in parallel. Boxes that are long along x (the sample) cost the fewest reads, and boxes
-/// whose traces lie one behind the other in the file are read many traces at once.
+/// A read takes of each trace only the samples of the box, in parallel, and many traces at once where they lie one behind the other in the file and
+/// the box has nearly all of them. So boxes that are long along x (the sample) cost the fewest reads.
 #[derive(Debug)]
 pub struct SegyVolume {
     input: Input,

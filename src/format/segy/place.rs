@@ -12,6 +12,8 @@ use glam::{DMat2, DMat3, DVec2, DVec3};
 const ASKED: usize = 48;
 /// Bytes of a trace's header with x and y: those of the ensemble, those of the source.
 const COORDINATES: [[usize; 2]; 2] = [[181, 185], [73, 77]];
+/// Units of coordinates (byte 89) that are angles, and the largest longitude and latitude: seconds, degrees, and degrees with minutes and seconds.
+const ANGLES: [(i16, f64, f64); 3] = [(2, 1_296_000.0, 324_000.0), (3, 360.0, 90.0), (4, 3_600_000.0, 900_000.0)];
 /// The axes are as good as parallel where the sine of their angle is below this.
 const PARALLEL: f64 = 0.05;
 
@@ -39,7 +41,8 @@ struct Asked {
     at: DVec2,
     /// Coordinates at each of [`COORDINATES`].
     places: [DVec2; 2],
-    is_angle: bool,
+    /// Unit of the coordinates, [`ANGLES`] those of angles.
+    unit: i16,
     /// Milliseconds until the first sample.
     delay: f64,
 }
@@ -121,7 +124,7 @@ fn ask(input: &Input, layout: &Layout, survey: &Survey) -> Result<Vec<Asked>, Se
         found.push(Asked {
             at: DVec2::new((place % columns) as f64, (place / columns) as f64),
             places: COORDINATES.map(xy),
-            is_angle: (2..=4).contains(&header.i16(89)),
+            unit: header.i16(89),
             delay: f64::from(header.i16(109)) * if layout.has_revision { scale(header.i16(215)) } else { 1.0 },
         });
     }
@@ -136,13 +139,19 @@ fn plan(asked: &[Asked], bytes: [usize; 2]) -> Result<(Plan, usize), NoPlan> {
         let known: Vec<(DVec2, DVec2)> =
             asked.iter().map(|asked| (asked.at, asked.places[n])).filter(|(_, place)| *place != DVec2::ZERO).collect();
         match fit(&known) {
-            Ok(_) if asked.iter().any(|asked| asked.is_angle) => return Err(NoPlan::Angles),
+            // Some files call metres degrees.
+            Ok(_) if asked.iter().all(|asked| is_angle(asked.unit, asked.places[n])) => return Err(NoPlan::Angles),
             Ok(plan) => return Ok((plan, byte)),
             Err(off @ NoPlan::Off(_)) if matches!(why, NoPlan::None) => why = off,
             Err(_) => {}
         }
     }
     Err(why)
+}
+
+/// Whether coordinates can be what their unit says, if that is an angle.
+fn is_angle(unit: i16, place: DVec2) -> bool {
+    ANGLES.iter().any(|&(code, x, y)| code == unit && place.x.abs() <= x && place.y.abs() <= y)
 }
 
 /// The map that comes nearest, if all places are within half of a step of it.
@@ -162,12 +171,13 @@ fn fit(known: &[(DVec2, DVec2)]) -> Result<Plan, NoPlan> {
     }
     let map = mixed * moments.inverse();
     let (crossline, inline) = (map.x_axis, map.y_axis);
-    let shorter = crossline.length().min(inline.length());
+    let (shorter, longer) = (crossline.length().min(inline.length()), crossline.length().max(inline.length()));
     let farthest = known.iter().map(|&(at, place)| (map * (at - middle)).distance(place - center)).fold(0.0, f64::max);
-    if !map.is_finite() || crossline.length().max(inline.length()) <= 1e-9 * center.length() {
+    if !map.is_finite() || longer <= 1e-9 * center.length() {
         return Err(NoPlan::None);
     }
-    if farthest > shorter / 2.0 || crossline.perp_dot(inline).abs() < PARALLEL * crossline.length() * inline.length() {
+    let is_flat = shorter < 1e-6 * longer || crossline.perp_dot(inline).abs() < PARALLEL * shorter * longer;
+    if farthest > shorter / 2.0 || is_flat {
         return Err(NoPlan::Off(farthest));
     }
     Ok(Plan { origin: center - map * middle, crossline, inline })

@@ -11,8 +11,8 @@ use std::ops::Range;
 
 /// Bytes that one read takes at most, if they are of several traces.
 const BLOCK: u64 = 1 << 20;
-/// What lies between the wanted samples of two traces is read along up to so many bytes: cheaper than to read twice.
-const GAP: u64 = 4 << 10;
+/// What lies between the wanted samples of two traces is read along if it is so few bytes: cheaper than to read twice.
+const GAP: u64 = 512;
 /// Voxels that one task reads, about.
 const TASK: usize = 1 << 18;
 
@@ -131,7 +131,7 @@ impl SegyVolume {
         block: &mut Vec<u8>,
     ) -> io::Result<()> {
         let (stride, row_bytes) = (self.layout.stride, (width * N) as u64);
-        let together = if stride - row_bytes <= GAP.max(row_bytes) { (BLOCK / stride).max(1) as usize } else { 1 };
+        let together = if stride - row_bytes <= GAP { (BLOCK / stride).max(1) as usize } else { 1 };
         let rows = voxels.len() / width;
         let mut row = 0;
         while row < rows {

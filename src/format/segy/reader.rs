@@ -3,7 +3,7 @@
 use super::{Input, SegyError, SegyOptions, SegyVolume};
 use crate::format::source::Source;
 use crate::format::voxel_data::VolumeError;
-use crate::format::{FormatError, GridFile, Problem, named, open};
+use crate::format::{FormatError, GridFile, Problem, format_of, named, open, opened};
 use crate::progress::Progress;
 use crate::volume::{Grid, VoxelSource};
 use std::path::Path;
@@ -24,6 +24,11 @@ pub(in crate::format) fn recognizes(start: &[u8]) -> bool {
         };
         start.len() >= 960 && start.chunks_exact(80).take(12).enumerate().all(is_numbered)
     })
+}
+
+/// Whether a file is SEG-Y, by its content or else its suffix. A file of no known format is an error.
+pub fn is_segy(path: &Path) -> Result<bool, FormatError> {
+    opened(path, |source| Ok(format_of(source, path)?.suffixes == SUFFIXES))
 }
 
 /// Reads a whole survey into memory.

@@ -78,7 +78,9 @@ impl Extent {
         match (self.is_one(), f.alternate()) {
             (true, _) => write!(f, "{what} {least} (byte {byte})"),
             (false, false) => write!(f, "{what}s {least} to {most} (byte {byte})"),
-            (false, true) => write!(f, "{what}s {least} to {most} (byte {byte}, traces {} and {})", u64::from(at_least) + 1, u64::from(at_most) + 1),
+            (false, true) => {
+                write!(f, "{what}s {least} to {most} (byte {byte}, traces {} and {})", u64::from(at_least) + 1, u64::from(at_most) + 1)
+            }
         }
     }
 }

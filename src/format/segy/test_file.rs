@@ -5,7 +5,7 @@ use crate::progress::Progress;
 
 /// A trace to be written.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Trace {
+pub(in crate::format) struct Trace {
     pub inline: i32,
     pub crossline: i32,
     pub values: Vec<f64>,
@@ -15,7 +15,7 @@ pub(super) struct Trace {
 
 /// A file to be written.
 #[derive(Debug, Clone)]
-pub(super) struct TestFile {
+pub(in crate::format) struct TestFile {
     pub code: u16,
     pub is_little: bool,
     /// What follows the binary header: textual headers.
@@ -29,7 +29,7 @@ pub(super) struct TestFile {
 }
 
 /// A value that every format has, other at each point of a survey of up to 6 x 7 x 8 points.
-pub(super) fn value(x: usize, y: usize, z: usize) -> f64 {
+pub(in crate::format) fn value(x: usize, y: usize, z: usize) -> f64 {
     (1 + x + 4 * y + 20 * z) as f64 % 127.0
 }
 

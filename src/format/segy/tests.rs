@@ -1,19 +1,19 @@
-//! Files made for the purpose: formats, orders, geometry, the world, what is missing, and what is wrong.
+//! Files made for the purpose: formats, geometry, the world, what is missing, and what is no survey.
 
-use super::test_file::{TestFile, Trace, error, open, value};
+use super::test_file::{TestFile, Trace, value};
 use super::{LineBytes, SegyOptions, SegyVolume};
 use crate::progress::Progress;
 use crate::volume::{Samples, VoxelSource, VoxelType};
 use glam::{DMat3, DVec3};
 use std::ops::Range;
 
-const DIMS: [usize; 3] = [6, 5, 4];
+pub(super) const DIMS: [usize; 3] = [6, 5, 4];
 
 fn all(volume: &SegyVolume) -> Samples {
     volume.read(&volume.frame().dims.map(|n| 0..n)).expect("read")
 }
 
-fn sound(file: &TestFile) -> SegyVolume {
+pub(super) fn sound(file: &TestFile) -> SegyVolume {
     sound_with(file, &SegyOptions::default())
 }
 
@@ -22,7 +22,7 @@ fn sound_with(file: &TestFile, options: &SegyOptions) -> SegyVolume {
 }
 
 /// Checks every voxel; `expected` gives NaN for what is missing.
-fn check(volume: &SegyVolume, dims: [usize; 3], expected: impl Fn(usize, usize, usize) -> f64) {
+pub(super) fn check(volume: &SegyVolume, dims: [usize; 3], expected: impl Fn(usize, usize, usize) -> f64) {
     assert_eq!(volume.frame().dims.map(|n| n as usize), dims);
     let samples = all(volume);
     assert_eq!(samples.len(), dims.iter().product::<usize>());
@@ -33,7 +33,7 @@ fn check(volume: &SegyVolume, dims: [usize; 3], expected: impl Fn(usize, usize, 
     }
 }
 
-fn has_note(volume: &SegyVolume, text: &str) -> bool {
+pub(super) fn has_note(volume: &SegyVolume, text: &str) -> bool {
     volume.notes().iter().any(|note| note.contains(text))
 }
 
@@ -73,7 +73,9 @@ fn every_format_in_either_order_has_its_values() {
 
 #[test]
 fn values_at_the_ends_of_integers_are_kept() {
-    for (code, ends) in [(2, [-2147483648.0, 2147483647.0]), (7, [-8388608.0, 8388607.0]), (10, [0.0, 4294967295.0]), (15, [0.0, 16777215.0])] {
+    for (code, ends) in
+        [(2, [-2147483648.0, 2147483647.0]), (7, [-8388608.0, 8388607.0]), (10, [0.0, 4294967295.0]), (15, [0.0, 16777215.0])]
+    {
         let mut file = TestFile::new(code, true, DIMS);
         file.traces[3].values[..2].copy_from_slice(&ends);
         let expected = |x: usize, y: usize, z: usize| if (y, z) == (3, 0) && x < 2 { ends[x] } else { value(x, y, z) };
@@ -141,7 +143,9 @@ fn line_numbers_are_where_the_options_say_or_where_they_usually_are() {
     file.line_bytes = [221, 57];
     let options = SegyOptions { iline_byte: Some(221), xline_byte: Some(57), ..Default::default() };
     check(&sound_with(&file, &options), DIMS, value);
-    assert!(file.error(&SegyOptions::default()).contains("no 3-D geometry: its 20 traces have inline 0 (byte 189) and crossline 0 (byte 193)"));
+    assert!(
+        file.error(&SegyOptions::default()).contains("no 3-D geometry: its 20 traces have inline 0 (byte 189) and crossline 0 (byte 193)")
+    );
     let beyond = SegyOptions { iline_byte: Some(238), ..options.clone() };
     assert!(file.error(&beyond).contains("bytes 238 and 57"));
     assert!(file.error(&SegyOptions { iline_byte: Some(0), ..options }).contains("bytes 0 and 57"));
@@ -159,6 +163,8 @@ fn line_numbers_are_where_the_options_say_or_where_they_usually_are() {
     // Numbers that count the traces twice are no lines, nor are those of shots along a 2-D line.
     file.line_bytes = [9, 21];
     (1..).zip(&mut file.traces).for_each(|(n, trace)| (trace.inline, trace.crossline) = (n, 1000 + n));
+    assert!(file.error(&SegyOptions::default()).contains("byte 189"));
+    (0..).zip(&mut file.traces).for_each(|(n, trace)| (trace.inline, trace.crossline) = (n % 4, n % 5));
     assert!(file.error(&SegyOptions::default()).contains("byte 189"));
     (0..).zip(&mut file.traces).for_each(|(n, trace)| (trace.inline, trace.crossline) = (n / 2, 20 * (n / 2) + n % 2));
     assert!(file.error(&SegyOptions::default()).contains("byte 189"));
@@ -203,14 +209,23 @@ fn a_survey_lies_where_its_coordinates_say() {
         let volume = sound(&file);
         let frame = volume.frame();
         let steps = DMat3::from_cols(DVec3::new(0.0, 0.0, -4.0), DVec3::new(20.0, 15.0, 0.0), DVec3::new(-7.5, 10.0, 0.0));
-        assert!(frame.steps.abs_diff_eq(steps, 1e-9) && frame.origin.abs_diff_eq(DVec3::new(620_000.0, 6_070_000.0, -500.0), 1e-6), "{frame:?}");
+        assert!(
+            frame.steps.abs_diff_eq(steps, 1e-9) && frame.origin.abs_diff_eq(DVec3::new(620_000.0, 6_070_000.0, -500.0), 1e-6),
+            "{frame:?}"
+        );
         assert!(has_note(&volume, "samples are 4 ms apart (1 ms is 1 world unit), the first at 500 ms"));
-        assert!(has_note(&volume, &format!("coordinates from bytes {} and {}: crosslines 25.000 and inlines 12.500 world", bytes[0], bytes[1])));
+        assert!(has_note(
+            &volume,
+            &format!("coordinates from bytes {} and {}: crosslines 25.000 and inlines 12.500 world", bytes[0], bytes[1])
+        ));
         // Time and space have no common measure; a trace without coordinates has no say.
         let mut file = file;
         file.traces[7].more = vec![(109, 2, 480)];
         let volume = sound_with(&file, &SegyOptions { sample_step: Some(10.0), ..Default::default() });
-        assert!(volume.frame().steps.x_axis == DVec3::NEG_Z * 10.0 && volume.frame().origin.abs_diff_eq(DVec3::new(620_000.0, 6_070_000.0, -1250.0), 1e-6));
+        assert!(
+            volume.frame().steps.x_axis == DVec3::NEG_Z * 10.0
+                && volume.frame().origin.abs_diff_eq(DVec3::new(620_000.0, 6_070_000.0, -1250.0), 1e-6)
+        );
         assert!(has_note(&volume, "the first sample is at 480 to 500 ms"));
     }
     for step in [0.0, -1.0, f64::NAN, f64::INFINITY] {
@@ -234,96 +249,10 @@ fn without_sound_coordinates_a_survey_lies_by_its_line_numbers() {
     let mut angles = with_coordinates([181, 185], |y, z| [20.0 * y + 1.0, 15.0 * z]);
     angles.traces.iter_mut().for_each(|trace| trace.more.push((89, 2, 3)));
     check(&angles, "the coordinates are angles");
-}
-
-#[test]
-fn revision_2_says_more_of_itself() {
-    let order = 0x0102_0304;
-    for is_little in [false, true] {
-        let mut file = TestFile::new(16, is_little, DIMS);
-        file.more = vec![(3297, 4, order), (3269, 4, 6), (3221, 2, 1234), (3273, 8, 2500.5f64.to_bits() as i64), (3507, 4, 2)];
-        file.more_headers = 2;
-        let volume = sound(&file);
-        check(&volume, DIMS, value);
-        assert_eq!(volume.frame().steps.x_axis.z, -2.5005);
-        // Trailers, known by the count of traces or by their own; and the place of the first trace.
-        let with = |more: &[(usize, usize, i64)]| TestFile { more: [&file.more[..], more].concat(), ..file.clone() };
-        let trailed = |file: &TestFile| [file.bytes(), vec![0x40; 6400]].concat();
-        let default = SegyOptions::default();
-        for more in [&[(3515, 8, 20)][..], &[(3531, 4, 2)], &[(3515, 8, 20), (3531, 4, -1)]] {
-            let volume = open(&trailed(&with(more)), &default).unwrap_or_else(|error| panic!("{error}"));
-            check(&volume, DIMS, value);
-        }
-        assert!(error(&trailed(&with(&[])), &default).contains("of trace"));
-        let mut placed = with(&[(3523, 8, 3610)]);
-        placed.text = vec![0; 10];
-        check(&sound(&placed), DIMS, value);
-    }
-    let mut swapped = TestFile::new(5, false, DIMS);
-    swapped.more = vec![(3297, 4, 0x0201_0403)];
-    assert!(swapped.error(&SegyOptions::default()).contains("swapped in pairs"));
-}
-
-#[test]
-fn textual_headers_are_skipped() {
-    let ascii = b"((SEG: EndText))".to_vec();
-    let ebcdic = vec![0x4d, 0x4d, 0xe2, 0xc5, 0xc7, 0x7a, 0x40, 0xc5, 0x95, 0x84, 0xe3, 0x85, 0xa7, 0xa3, 0x5d, 0x5d];
-    for revision in [0x0000, 0x0100, 0x0200] {
-        let mut file = TestFile::new(5, false, DIMS);
-        file.text = vec![0x40; 6400];
-        file.more = vec![(3501, 2, revision), (3505, 2, 2)];
-        check(&sound(&file), DIMS, value);
-        file.more = vec![(3501, 2, revision), (3505, 2, -1)];
-        for end in [&ascii, &ebcdic] {
-            file.text[3200..][..16].copy_from_slice(end);
-            check(&sound(&file), DIMS, value);
-        }
-        file.text[3200] = 0;
-        assert!(file.error(&SegyOptions::default()).contains("expected one of them to begin with ((SEG: EndText))"));
-        file.more = vec![(3501, 2, revision), (3505, 2, 1000)];
-        file.text.clear();
-        match revision {
-            // The bytes meant nothing then.
-            0 => check(&sound(&file), DIMS, value),
-            _ => assert!(file.error(&SegyOptions::default()).contains("has no traces: its headers end at byte 3203600, the file at byte 8880")),
-        }
-    }
-    let mut negative = TestFile::new(5, false, DIMS);
-    negative.more = vec![(3501, 2, 0x0100), (3505, 2, -2)];
-    assert!(negative.error(&SegyOptions::default()).contains("has -2 extended textual headers"));
-}
-
-#[test]
-fn the_number_of_samples_is_the_one_that_fits_the_file() {
-    let mut file = TestFile::new(5, false, DIMS);
-    file.traces[0].more = vec![(115, 2, 462)];
-    check(&sound(&file), DIMS, value);
-    for (stated, trace) in [(0, 6), (7, 6)] {
-        file.more = vec![(3221, 2, stated)];
-        file.traces[0].more = vec![(115, 2, trace)];
-        let volume = sound(&file);
-        check(&volume, DIMS, value);
-        assert!(has_note(&volume, &format!("6 samples a trace, as the first trace says; the binary header's {stated} do not fit")));
-    }
-    file.traces[0].more.clear();
-    assert!(file.error(&SegyOptions::default()).contains("ends after 256 of the 268 bytes of trace 20 (7 samples of 4 bytes"));
-    file.more = vec![(3221, 2, 0)];
-    assert!(file.error(&SegyOptions::default()).contains("0 samples a trace by its binary header (byte 3221) and 0 by"));
-}
-
-#[test]
-fn a_file_that_was_cut_off_is_refused_unless_that_is_allowed() {
-    let mut bytes = TestFile::new(5, false, DIMS).bytes();
-    bytes.truncate(3600 + 13 * 264 + 250);
-    assert!(error(&bytes, &SegyOptions::default()).contains("ends after 250 of the 264 bytes of trace 14 (6 samples of 4 bytes"));
-    let options = SegyOptions { truncated: true, ..Default::default() };
-    let volume = open(&bytes, &options).unwrap_or_else(|error| panic!("{error}"));
-    check(&volume, [6, 5, 3], |x, y, z| if (y, z) >= (3, 0) && z == 2 { f64::NAN } else { value(x, y, z) });
-    assert!(has_note(&volume, "cut off within trace 14, of which 250 bytes were left out"));
-    assert!(error(&bytes[..3600 + 200], &options).contains("has no traces"));
-    assert!(error(&bytes[..3600 + 250], &options).contains("of trace 1 "));
-    assert!(error(&bytes[..3599], &options).contains("has 3599 bytes"));
-    assert!(error(&[], &options).contains("has 0 bytes"));
+    // Too large to be degrees.
+    let mut metres = with_coordinates([181, 185], |y, z| [20.0 * y + 1000.0, 15.0 * z]);
+    metres.traces.iter_mut().for_each(|trace| trace.more.push((89, 2, 3)));
+    assert_eq!(sound(&metres).frame().steps.y_axis.x.round(), 20.0);
 }
 
 #[test]
@@ -336,7 +265,10 @@ fn what_is_no_survey_is_refused_in_words() {
     let line = error(&|file| file.traces.iter_mut().for_each(|trace| trace.inline = 7));
     assert!(line.contains("is one 2-D line: its 20 traces have inline 7 (byte 189) and crosslines 20 to 28 (byte 193)"), "{line}");
     let far = error(&|file| file.traces[3].inline = -2_000_000_000);
-    assert!(far.contains("inlines -2000000000 to 109 (byte 189, traces 4 and 16) and crosslines 20 to 28") && far.contains("too sparse"), "{far}");
+    assert!(
+        far.contains("inlines -2000000000 to 109 (byte 189, traces 4 and 16) and crosslines 20 to 28") && far.contains("too sparse"),
+        "{far}"
+    );
     let none = error(&|file| file.traces.clear());
     assert!(none.contains("has no traces: its headers end at byte 3600, the file at byte 3600"), "{none}");
     for (code, name) in [(4, "fixed-point numbers with gain"), (9, "integers of 8 bytes"), (12, "unsigned integers of 8 bytes")] {
@@ -372,8 +304,10 @@ fn boxes_have_what_all_has_there() {
             let found = volume.read(&region).expect("read");
             let [xs, ys, zs] = region.clone();
             let places = zs.flat_map(|z| ys.clone().flat_map(move |y| (0..1).map(move |_| (y, z))));
-            let expected: Vec<f64> =
-                places.flat_map(|(y, z)| xs.clone().map(move |x| x as usize + nx as usize * (y + ny * z) as usize)).map(|i| samples.get(i)).collect();
+            let expected: Vec<f64> = places
+                .flat_map(|(y, z)| xs.clone().map(move |x| x as usize + nx as usize * (y + ny * z) as usize))
+                .map(|i| samples.get(i))
+                .collect();
             assert_eq!(found.len(), expected.len(), "{region:?}");
             assert!((0..found.len()).all(|i| found.get(i) == expected[i] || found.get(i).is_nan() && expected[i].is_nan()), "{region:?}");
         }
@@ -399,20 +333,4 @@ fn a_file_on_disk_is_read_and_named_in_errors() {
     cancelled.cancel();
     std::fs::write(&path, &bytes).expect("written");
     assert!(SegyVolume::open(&path, &SegyOptions::default(), &cancelled).is_err());
-}
-
-#[test]
-fn a_textual_header_is_known_by_its_line_numbers() {
-    let card = |letter: u8, zero: u8, blank: u8, padded: bool| -> Vec<u8> {
-        let line = |n: u8| {
-            let tens = if n < 10 && padded { blank } else { zero + n / 10 };
-            [vec![letter, tens, zero + n % 10], vec![blank; 77]].concat()
-        };
-        (1..=40).flat_map(line).collect()
-    };
-    for padded in [true, false] {
-        assert!(super::recognizes(&card(0xc3, 0xf0, 0x40, padded)[..1024]) && super::recognizes(&card(b'C', b'0', b' ', padded)[..1024]));
-        assert!(!super::recognizes(&card(b'D', b'0', b' ', padded)) && !super::recognizes(&card(b'C', b'0', b' ', padded)[..900]));
-    }
-    assert!(!super::recognizes(&[b'C'; 1024]) && !super::recognizes(b"C01"));
 }
