@@ -110,14 +110,17 @@ impl State {
     pub(super) fn follow(&mut self, pyramid: &Pyramid, slices: &SliceSet, finest: u8) {
         let next = if self.prefetches { self.ahead.next(pyramid, slices, finest) } else { Vec::new() };
         self.slices.clone_from(slices);
-        self.fetched = next.iter().copied().filter(|key| self.resident.contains_key(key) || self.loading.contains(key)).collect();
+        let is_there = |key: &BrickKey| self.resident.contains_key(key) || self.loading.contains(key);
+        self.fetched = next.iter().copied().filter(|key| !self.pinned.contains(key) && is_there(key)).collect();
         self.next = next.into();
     }
 
     pub(super) fn request(&mut self, frame: u64, wanted: &[(BrickKey, f32)]) {
         let is_new = self.frame != Some(frame);
         self.frame = Some(frame);
-        self.policy.frame(&self.slices);
+        if is_new {
+            self.policy.frame(&self.slices);
+        }
         let mut wanted: Vec<(BrickKey, f32)> = wanted.iter().copied().filter(|wanted| wanted.0.level < self.coarse_level).collect();
         wanted.sort_by(|a, b| b.1.total_cmp(&a.1));
         let coarse: usize = self.resident.keys().filter(|key| key.level >= self.coarse_level).count() + self.coarse.len();
