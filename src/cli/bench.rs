@@ -68,6 +68,7 @@ impl BenchCommand {
         if self.slices.is_asked() {
             return self.slices.run();
         }
+        self.slices.refuse_alone()?;
         self.mesh.choose_step()?;
         ensure!(self.view.renderer == RendererArg::Octree, "bench times the octree renderer; the exact one is what it compares with");
         if self.skip_table {

@@ -7,10 +7,11 @@ use crate::bricks::{BrickSource, Demand, Motion, Pyramid, Store, Trace};
 use crate::image::write_atomically;
 use crate::progress::Progress;
 use crate::study::slices::{
-    AREA_RATIOS, AreaRow, DetailRow, PAPER_CACHE, PAPER_VOLUMES, PolicyRow, RATIOS, StageRow, StallRow, by_optimum, paper_demand,
-    recorded_demand, shell_statistics, slow_scrub, standard_demands, try_areas, try_detail, try_policies, try_prefetch, try_stages,
+    AREA_RATIOS, AreaRow, DetailRow, PAPER_CACHE, PAPER_SETS, PAPER_VOLUMES, PolicyRow, RATIOS, StageRow, StallRow, by_optimum,
+    paper_demand, recorded_demand, shell_statistics, slow_scrub, standard_demands, try_areas, try_detail, try_policies, try_prefetch,
+    try_stages,
 };
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -26,12 +27,12 @@ pub struct SliceBenchArgs {
     #[arg(long, value_name = "N", conflicts_with_all = ["mesh", "slices", "skip_table", "mode_table", "presets"],
           value_parser = clap::value_parser!(u32).range(128..=8192))]
     synthetic: Option<u32>,
-    /// Frames of each trace that is made up
-    #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u32).range(10..=100_000))]
-    frames: u32,
-    /// Another number, other random places
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
+    /// Frames of each trace that is made up [default: 500]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(10..=100_000))]
+    frames: Option<u32>,
+    /// Another number, other random places [default: 1]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
     /// Write the motions that are made up as traces into this folder, instead of replaying them
     #[arg(long, value_name = "FOLDER", requires = "synthetic", help_heading = "Output")]
     record: Option<PathBuf>,
@@ -44,6 +45,23 @@ impl SliceBenchArgs {
     /// Whether slices are to be measured, not a mesh.
     pub fn is_asked(&self) -> bool {
         self.slices.is_some() || self.synthetic.is_some()
+    }
+
+    /// Complains of flags that would be without effect on a mesh.
+    pub fn refuse_alone(&self) -> Result<()> {
+        ensure!(
+            self.frames.is_none() && self.seed.is_none() && self.json.is_none(),
+            "--frames, --seed and --json go with --slices or --synthetic"
+        );
+        Ok(())
+    }
+
+    fn frames(&self) -> usize {
+        self.frames.unwrap_or(500) as usize
+    }
+
+    fn seed(&self) -> u64 {
+        self.seed.unwrap_or(1)
     }
 
     /// Replays, prints, writes.
@@ -81,7 +99,7 @@ impl SliceBenchArgs {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
         for (name, motion) in Motion::ALL {
             let path = folder.join(format!("{name}.json"));
-            motion.trace([edge; 3], self.frames as usize, self.seed).write(&path).with_context(|| path.display().to_string())?;
+            motion.trace([edge; 3], self.frames(), self.seed()).write(&path).with_context(|| path.display().to_string())?;
         }
         Ok(())
     }
@@ -107,11 +125,15 @@ impl SliceBenchArgs {
             "the paper's scenario: {PAPER_CACHE} bricks in the cache, three slices, 30 random moves along each axis, hit rate in % (of the bricks new to a frame)"
         ))?;
         let rows = with_bar(|progress| {
-            progress.begin("paper", (4 * PAPER_VOLUMES.len() * 6) as u64);
+            progress.begin("paper", (2 * (2 * PAPER_VOLUMES.len() - 1) * 2 * 6) as u64);
             let mut rows = Vec::new();
             for motion in [Motion::PaperJumps, Motion::Paper] {
-                for (name, edge) in PAPER_VOLUMES {
-                    let mut demand = paper_demand(edge, motion, self.seed);
+                for ((name, edge), set) in PAPER_VOLUMES.into_iter().flat_map(|volume| PAPER_SETS.map(|set| (volume, set))) {
+                    let mut demand = paper_demand(edge, motion, set, self.seed());
+                    if demand.frame_set() < PAPER_SETS[0] && set > PAPER_SETS[0] {
+                        // The smaller set held all already.
+                        continue;
+                    }
                     demand.name = format!("{name}, {}", if motion == Motion::Paper { "dragged" } else { "jumps" });
                     for pinning in [Pinning::Plain, Pinning::Pinned] {
                         rows.extend(try_policies(&demand, PAPER_CACHE, pinning, size_of::<f32>(), progress)?);
@@ -125,10 +147,10 @@ impl SliceBenchArgs {
 
     /// Policies, stalls, areas and stages on motions through a volume.
     fn volume(&self, dims: [u32; 3], voxel_bytes: usize, report: &mut Report) -> Result<()> {
-        let frames = self.frames as usize;
-        let demands = standard_demands(dims, frames, self.seed);
+        let frames = self.frames();
+        let demands = standard_demands(dims, frames, self.seed());
         self.policies(&demands, voxel_bytes, report)?;
-        let slow = slow_scrub(dims, 4 * frames, self.seed);
+        let slow = slow_scrub(dims, 4 * frames, self.seed());
         let plane = Pyramid::new(dims).brick_count(0) as f64 / f64::from(Pyramid::new(dims).bricks(0)[0]);
         // Bricks a frame with which a plane of bricks is read in a half, a quarter and so on of the time that a slice takes through it.
         let bandwidths: Vec<usize> = [2.0, 3.0, 4.0, 8.0].map(|share| (plane * share / 64.0).ceil() as usize).to_vec();
@@ -136,7 +158,7 @@ impl SliceBenchArgs {
         report.stalls(&stalls)?;
         let mut areas: Vec<AreaRow> = Vec::new();
         for motion in [Motion::PaperJumps, Motion::Paper] {
-            let mut demand = paper_demand(dims[0].max(dims[1]).max(dims[2]), motion, self.seed);
+            let mut demand = paper_demand(dims[0].max(dims[1]).max(dims[2]), motion, PAPER_CACHE, self.seed());
             demand.name = (if motion == Motion::Paper { "dragged" } else { "jumps" }).to_owned();
             for pinning in [Pinning::Plain, Pinning::Pinned] {
                 areas.extend(AREA_RATIOS.map(|ratio| try_areas(&demand, ratio, pinning)));

@@ -88,11 +88,14 @@ pub fn try_policies(
     Ok(rows)
 }
 
-/// The paper's scenario on a volume of so many voxels along each edge. A single stage fits its bricks into the cache, as the paper's did:
-/// near ones finer ([`Needs::AtMost`]); they fill five eighths of it.
-pub fn paper_demand(edge: u32, motion: Motion, seed: u64) -> Demand {
+/// Working sets for the paper's scenario, bricks: one that leaves the cache some room, one that fills it.
+pub const PAPER_SETS: [usize; 2] = [250, PAPER_CACHE];
+
+/// The paper's scenario on a volume of so many voxels along each edge. A single stage fits its bricks into the cache, as the paper's did: it
+/// takes at most `bricks` of them, near ones finer ([`Needs::AtMost`]).
+pub fn paper_demand(edge: u32, motion: Motion, bricks: usize, seed: u64) -> Demand {
     let eye = DVec3::new(1.6, 1.4, 1.5) * f64::from(edge);
-    motion.trace([edge; 3], 0, seed).demand(Needs::AtMost { bricks: PAPER_CACHE * 5 / 8, eye })
+    motion.trace([edge; 3], 0, seed).demand(Needs::AtMost { bricks, eye })
 }
 
 /// Stalls on a trace at a speed of reading.
