@@ -8,8 +8,8 @@ use crate::image::write_atomically;
 use crate::progress::Progress;
 use crate::study::slices::{
     AREA_RATIOS, AreaRow, DetailRow, PAPER_CACHE, PAPER_SETS, PAPER_VOLUMES, PolicyRow, RATIOS, StageRow, StallRow, by_optimum,
-    paper_demand, recorded_demand, shell_statistics, slow_scrub, standard_demands, try_areas, try_detail, try_policies, try_prefetch,
-    try_stages,
+    paper_demand, recorded_demand, replay_dims, shell_statistics, slow_scrub, standard_demands, try_areas, try_detail, try_policies,
+    try_prefetch, try_stages,
 };
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
@@ -148,6 +148,11 @@ impl SliceBenchArgs {
     /// Policies, stalls, areas and stages on motions through a volume.
     fn volume(&self, dims: [u32; 3], voxel_bytes: usize, report: &mut Report) -> Result<()> {
         let frames = self.frames();
+        let whole = dims;
+        let dims = replay_dims(dims);
+        if dims != whole {
+            report.line(&format!("\nmotions through the level of {} x {} x {} voxels", dims[0], dims[1], dims[2]))?;
+        }
         let demands = standard_demands(dims, frames, self.seed());
         self.policies(&demands, voxel_bytes, report)?;
         let slow = slow_scrub(dims, 4 * frames, self.seed());

@@ -280,6 +280,17 @@ pub fn standard_demands(dims: [u32; 3], frames: usize, seed: u64) -> Vec<Demand>
     Motion::ALL.into_par_iter().map(|(_, motion)| motion.trace(dims, frames, seed).demand(Needs::Level(0))).collect()
 }
 
+/// The voxels along each axis of the finest level whose slices take a manageable number of bricks: what motions through a volume are tried on.
+pub fn replay_dims(dims: [u32; 3]) -> [u32; 3] {
+    const MOST: u64 = 2500;
+    let pyramid = Pyramid::new(dims);
+    let largest = |level: u8| {
+        let [x, y, z] = pyramid.bricks(level).map(u64::from);
+        (x * y).max(y * z).max(z * x)
+    };
+    pyramid.dims((0..pyramid.levels()).find(|&level| largest(level) <= MOST).unwrap_or(pyramid.levels() - 1))
+}
+
 /// What a recorded trace needs: the finest level whose frames have at most so many bricks.
 pub fn recorded_demand(trace: &Trace, most: usize) -> Demand {
     let levels = Pyramid::new(trace.dims).levels();
@@ -342,6 +353,7 @@ mod tests {
         let cancelled = Progress::new();
         cancelled.cancel();
         assert!(try_policies(&demand, capacity, Pinning::Pinned, 4, &cancelled).is_err());
+        assert_eq!((replay_dims([3200, 64, 3200]), replay_dims([3300, 64, 3300])), ([3200, 64, 3200], [1650, 32, 1650]));
         let recorded = recorded_demand(&Motion::Scrub.trace([1000; 3], 20, 1), 300);
         assert!(recorded.frame_set() <= 300 && recorded.frames[0].1.iter().all(|key| key.level == 1));
     }
