@@ -2,7 +2,9 @@
 //! compares two. Nothing is read back.
 
 use super::slot::Slot;
-use crate::gpu::{Context, FrameTime, GpuError, InFlight, LinePipeline, LineVertex, Lines, SlicePicture, Target, device_descriptor, shader};
+use crate::gpu::{
+    Context, FrameTime, GpuError, InFlight, LinePipeline, LineVertex, Lines, SlicePicture, Target, device_descriptor, shader,
+};
 use crate::image::Image;
 use crate::render::{RenderError, Renderer, Scene};
 use crate::view::View;

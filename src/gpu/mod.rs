@@ -27,7 +27,10 @@ pub use in_flight::{FrameTime, InFlight};
 pub use intervals::Placing;
 pub use lines::{LinePipeline, LineVertex, Lines};
 pub use march::{GpuFrame, GpuSeconds, Marched, Marcher};
-pub use slices::{ABSENT, DrawnSlice, SliceLevel, SliceLook, SlicePainter, SlicePicture, SlicePool, SliceQuad, SliceStyle, TINTS, flat_projection, outline, plane_axes};
+pub use slices::{
+    ABSENT, DrawnSlice, SliceLevel, SliceLook, SlicePainter, SlicePicture, SlicePool, SliceQuad, SliceStyle, TINTS, flat_projection,
+    outline, plane_axes,
+};
 pub use surface::GpuSurface;
 pub use target::Target;
 pub use timing::FrameTimes;

@@ -15,7 +15,8 @@ use glam::{DMat4, DVec3, DVec4};
 const COLORS: usize = 4096;
 
 /// Colours that levels are tinted with, the finest first.
-pub const TINTS: [[f32; 3]; 6] = [[0.1, 0.75, 0.3], [0.95, 0.85, 0.1], [0.95, 0.5, 0.1], [0.9, 0.15, 0.15], [0.65, 0.2, 0.85], [0.2, 0.4, 0.95]];
+pub const TINTS: [[f32; 3]; 6] =
+    [[0.1, 0.75, 0.3], [0.95, 0.85, 0.1], [0.95, 0.5, 0.1], [0.9, 0.15, 0.15], [0.65, 0.2, 0.85], [0.2, 0.4, 0.95]];
 
 /// A level of the pyramid: `SliceLevel` in `shaders/slices.wgsl`.
 #[repr(C)]

@@ -111,7 +111,8 @@ impl StoreWindow {
                     let [r, g, b] = TINTS[usize::from(level).min(TINTS.len() - 1)].map(|v| (v * 255.0).round() as u8);
                     let (rect, _) = ui.allocate_exact_size(vec2(11.0, 11.0), Sense::hover());
                     ui.painter().rect_filled(rect, 2.0, egui::Color32::from_rgb(r, g, b));
-                    ui.label(level.to_string()).on_hover_text(format!("Level {level}: {} voxels of the volume along each axis", 1u64 << level));
+                    ui.label(level.to_string())
+                        .on_hover_text(format!("Level {level}: {} voxels of the volume along each axis", 1u64 << level));
                     ui.add_space(4.0);
                 }
             });

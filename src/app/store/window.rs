@@ -57,6 +57,8 @@ pub struct StoreWindow {
     pub(super) stream: Stream,
     pub(super) cuts: Vec<Cut>,
     pub(super) selected: usize,
+    /// The normal that was typed last.
+    pub(super) typed_normal: DVec3,
     pub(super) flats: [Flat; 3],
     pub(super) camera: Camera,
     pub(super) stretch: DVec3,
@@ -90,8 +92,8 @@ impl StoreWindow {
         let device_bytes = options.gpu_bytes.unwrap_or(if context.is_software() { SOFTWARE_BYTES } else { DEVICE_BYTES });
         let painter = SlicePainter::new(&context);
         let ctx = creation.egui_ctx.clone();
-        let stream =
-            Stream::new(context, source.clone(), [options.memory_bytes, device_bytes], move || ctx.request_repaint()).context(options.name.clone())?;
+        let stream = Stream::new(context, source.clone(), [options.memory_bytes, device_bytes], move || ctx.request_repaint())
+            .context(options.name.clone())?;
         let dims = source.frame().dims;
         let cuts = [2, 1, 0].map(|axis| Cut::across(axis, (f64::from(dims[axis]) / 2.0).floor())).to_vec();
         let stretch = Space::first_stretch(source.frame());
@@ -113,6 +115,7 @@ impl StoreWindow {
             stream,
             cuts,
             selected: 0,
+            typed_normal: DVec3::ZERO,
             flats: [0, 1, 2].map(Flat::new),
             camera,
             stretch,
@@ -267,9 +270,7 @@ impl StoreWindow {
             return vec![(number, whole)];
         }
         let half = (whole.size() - vec2(GAP, GAP)) / 2.0;
-        let at = |x: f32, y: f32| {
-            Rect::from_min_size(pos2(whole.left() + x * (half.x + GAP), whole.top() + y * (half.y + GAP)), half)
-        };
+        let at = |x: f32, y: f32| Rect::from_min_size(pos2(whole.left() + x * (half.x + GAP), whole.top() + y * (half.y + GAP)), half);
         vec![(0, at(0.0, 0.0)), (SPATIAL, at(1.0, 0.0)), (1, at(0.0, 1.0)), (2, at(1.0, 1.0))]
     }
 

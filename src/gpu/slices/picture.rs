@@ -223,15 +223,19 @@ impl SlicePainter {
         let quads: Vec<SliceQuad> = slices.iter().map(|slice| slice.quad(dims)).collect();
         let mut corners = Vec::new();
         for (slice, quad) in slices.iter().zip(0..) {
-            let points: Vec<Corner> =
-                outline(&slice.plane, dims).iter().map(|uv| Corner { uv: uv.map(|v| v as f32), quad }).collect();
+            let points: Vec<Corner> = outline(&slice.plane, dims).iter().map(|uv| Corner { uv: uv.map(|v| v as f32), quad }).collect();
             let fan = points.windows(2).skip(1).flat_map(|pair| [points[0], pair[0], pair[1]]);
             corners.extend(fan);
         }
         let clear = wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("slices"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment { view: color, depth_slice: None, resolve_target: None, ops: clear })],
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: color,
+                depth_slice: None,
+                resolve_target: None,
+                ops: clear,
+            })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: depth,
                 depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
@@ -247,9 +251,7 @@ impl SlicePainter {
         };
         let quads = made(wgpu::BufferUsages::STORAGE, bytemuck::cast_slice(&quads));
         let vertices = made(wgpu::BufferUsages::VERTEX, bytemuck::cast_slice(&corners));
-        let group = |layout, entries: &[_]| {
-            device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("slices"), layout, entries })
-        };
+        let group = |layout, entries: &[_]| device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("slices"), layout, entries });
         let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
         let shared = group(
             &self.shared,
