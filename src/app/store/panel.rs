@@ -40,14 +40,18 @@ impl StoreWindow {
                 }
                 let [low, high] = cut.range(dims);
                 let mut position = cut.position;
-                ui.spacing_mut().slider_width = 84.0;
-                let slider = ui.add(Slider::new(&mut position, low..=high).step_by(1.0).smart_aim(false).max_decimals(2));
-                labelled(&slider, &format!("slice {title} at"));
                 let tip = match cut.axis() {
-                    Some(axis) => format!("Index along {}, from 0; type a number, or drag", AXES[axis]),
+                    Some(axis) => format!("Index along {}, from 0", AXES[axis]),
                     None => "Distance from the middle of the volume along the normal, voxels".to_owned(),
                 };
-                if slider.on_hover_text(tip).changed() {
+                ui.spacing_mut().slider_width = 84.0;
+                let slider = ui.add(Slider::new(&mut position, low..=high).step_by(1.0).smart_aim(false).show_value(false));
+                labelled(&slider, &format!("slice {title}"));
+                let drag = DragValue::new(&mut position).range(low..=high).speed(0.25).max_decimals(2).update_while_editing(false);
+                let drag = ui.add_sized(vec2(52.0, ui.spacing().interact_size.y), drag);
+                labelled(&drag, &format!("position of {title}"));
+                let is_changed = slider.on_hover_text(&tip).changed() | drag.on_hover_text(&tip).changed();
+                if is_changed && position != cut.position {
                     cut.position = position.clamp(low, high);
                     self.selected = i;
                 }
@@ -92,8 +96,10 @@ impl StoreWindow {
         ui.horizontal(|ui| {
             ui.add_space(22.0);
             ui.weak("normal");
-            let before = self.cuts[number].normal;
-            let mut normal = before;
+            let cut = self.cuts[number];
+            // What was typed stays as it was typed, whatever its length.
+            let is_as_typed = self.typed_normal.normalize_or_zero().distance(cut.normal) < 1e-9;
+            let mut normal = if is_as_typed { self.typed_normal } else { cut.normal };
             let mut is_changed = false;
             for (axis, name) in AXES.into_iter().enumerate() {
                 let drag = DragValue::new(&mut normal[axis]).speed(0.01).max_decimals(3).update_while_editing(false);
@@ -106,8 +112,8 @@ impl StoreWindow {
                 normal = self.space().index_normal(self.camera.eye - self.camera.target);
                 is_changed = true;
             }
-            if is_changed && normal != before {
-                self.cuts[number] = self.cuts[number].turned(normal, dims).unwrap_or(self.cuts[number]);
+            if let Some(turned) = is_changed.then(|| cut.turned(normal, dims)).flatten() {
+                (self.cuts[number], self.typed_normal) = (turned, normal);
             }
         });
     }

@@ -4,7 +4,7 @@ use crate::bricks::policy::{Areas, Policy};
 use crate::bricks::screen::{Asked, SeenSlice, asked, kept_bricks, kept_level};
 use crate::bricks::slots::Slots;
 use crate::bricks::{
-    BrickCache, BrickKey, BrickSource, CacheCounters, Detail, DetailRule, Interpolation, SliceSet, Stage, sample::brick_of,
+    BrickCache, BrickKey, BrickSource, CacheCounters, CacheOptions, Detail, DetailRule, Interpolation, SliceSet, Stage, sample::brick_of,
 };
 use crate::gpu::{Context, GpuError, SlicePool};
 use anyhow::Result;
@@ -62,7 +62,10 @@ impl Stream {
         arrival: impl Fn() + Send + Sync + 'static,
     ) -> Result<Self> {
         let pyramid = *source.pyramid();
-        let cache = BrickCache::new(source.clone(), memory_bytes, Policy::default().build(&pyramid))?;
+        // Half of the processors are left to the pictures.
+        let threads = std::thread::available_parallelism().map_or(1, |n| (n.get() / 2).clamp(1, 8));
+        let options = CacheOptions { budget_bytes: memory_bytes, threads, ..Default::default() };
+        let cache = BrickCache::with_options(source.clone(), options, Policy::default().build(&pyramid))?;
         cache.on_arrival(arrival);
         let pool = SlicePool::new(&context, &pyramid, source.voxel_bytes(), device_bytes)?;
         let kept = kept_level(&pyramid, u64::from(pool.capacity() / KEPT)).max(cache.resident_level());

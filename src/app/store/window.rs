@@ -57,6 +57,8 @@ pub struct StoreWindow {
     pub(super) stream: Stream,
     pub(super) cuts: Vec<Cut>,
     pub(super) selected: usize,
+    /// The normal that was typed last.
+    pub(super) typed_normal: DVec3,
     pub(super) flats: [Flat; 3],
     pub(super) camera: Camera,
     pub(super) stretch: DVec3,
@@ -113,6 +115,7 @@ impl StoreWindow {
             stream,
             cuts,
             selected: 0,
+            typed_normal: DVec3::ZERO,
             flats: [0, 1, 2].map(Flat::new),
             camera,
             stretch,

@@ -43,10 +43,12 @@ impl SlicePool {
         let most = u64::from(limits.max_texture_dimension_3d / BRICK_EDGE).max(1);
         let brick_bytes = u64::from(voxel_bytes) * VOXELS as u64;
         // Near to a cube, since no side can be longer than the limit.
-        let wanted = (budget_bytes / brick_bytes).min(pyramid_bricks(pyramid)).clamp(1, most * most * most);
+        let affordable = budget_bytes / brick_bytes;
+        let wanted = affordable.min(pyramid_bricks(pyramid)).clamp(1, most * most * most);
         let x = ((wanted as f64).cbrt().ceil() as u64).clamp(1, most);
         let y = wanted.div_ceil(x).isqrt().clamp(1, most);
-        let z = (wanted / (x * y)).clamp(1, most);
+        let rounded_up = wanted.div_ceil(x * y);
+        let z = if x * y * rounded_up <= affordable { rounded_up } else { wanted / (x * y) }.clamp(1, most);
         let across = [x, y, z].map(|n| n as u32);
 
         let count: u64 = (0..pyramid.levels()).map(|level| pyramid.brick_count(level)).sum();
