@@ -55,10 +55,8 @@ impl GridBricks {
 
     /// The share of the voxels of level 0 beneath a brick that are known.
     fn known_beneath(&self, key: BrickKey) -> f32 {
-        let dims = self.pyramid.dims(0).map(|n| n as usize);
-        let [x, y, z] = self.pyramid.voxels(key).map(|range| range.start as usize..range.end as usize);
-        let beneath = |range: std::ops::Range<usize>, axis: usize| range.start << key.level..(range.end << key.level).min(dims[axis]);
-        let (x, y, z) = (beneath(x, 0), beneath(y, 1), beneath(z, 2));
+        let [nx, ny, _] = self.pyramid.dims(0).map(|n| n as usize);
+        let [x, y, z] = self.pyramid.beneath(key).map(|range| range.start as usize..range.end as usize);
         let all = x.len() * y.len() * z.len();
         let rows = z.flat_map(|z| y.clone().map(move |y| (z * dims[1] + y) * dims[0]));
         let known = rows.flat_map(|row| &self.levels[0][row + x.start..row + x.end]).filter(|v| !v.is_nan()).count();

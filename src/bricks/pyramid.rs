@@ -108,6 +108,15 @@ impl Pyramid {
         })
     }
 
+    /// The voxels of level 0 that a brick's are means of, along each axis.
+    pub fn beneath(&self, key: BrickKey) -> [Range<u32>; 3] {
+        let voxels = self.voxels(key);
+        std::array::from_fn(|axis| {
+            let end = |voxel: u32| (u64::from(voxel) << key.level).min(u64::from(self.dims[axis])) as u32;
+            end(voxels[axis].start)..end(voxels[axis].end)
+        })
+    }
+
     /// The bricks of a level that a slice needs: those with a voxel that interpolation on the plane takes in. Sorted.
     pub fn cut(&self, plane: &SlicePlane, level: u8) -> Vec<BrickKey> {
         let [nx, ny, nz] = self.bricks(level);
@@ -157,6 +166,7 @@ mod tests {
         assert_eq!((pyramid.dims(0), pyramid.dims(1), pyramid.dims(4)), ([1000, 65, 64], [500, 33, 32], [63, 5, 4]));
         assert_eq!((pyramid.bricks(0), pyramid.bricks(4)), ([16, 2, 1], [1, 1, 1]));
         assert_eq!(pyramid.voxels(BrickKey { level: 0, at: [15, 1, 0] }), [960..1000, 64..65, 0..64]);
+        assert_eq!(pyramid.beneath(BrickKey { level: 1, at: [7, 0, 0] }), [896..1000, 0..65, 0..64]);
         assert_eq!(Pyramid::new([64; 3]).levels(), 1);
         assert_eq!(Pyramid::new([u32::MAX, 1, 1]).levels(), 27);
     }

@@ -240,7 +240,7 @@ impl<'a, T: StoredVoxel> Builder<'a, T> {
                         continue;
                     }
                     range = [range[0].min(found[0]), range[1].max(found[1])];
-                    let voxels: f64 = self.pyramid.voxels(key).map(|range| range.len() as f64).iter().product();
+                    let voxels: f64 = self.pyramid.beneath(key).map(|range| range.len() as f64).iter().product();
                     sums = [sums[0] + voxels * found[3], sums[1] + voxels];
                 }
                 known = sums[0] / sums[1];
