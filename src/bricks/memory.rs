@@ -58,7 +58,7 @@ impl GridBricks {
         let [nx, ny, _] = self.pyramid.dims(0).map(|n| n as usize);
         let [x, y, z] = self.pyramid.beneath(key).map(|range| range.start as usize..range.end as usize);
         let all = x.len() * y.len() * z.len();
-        let rows = z.flat_map(|z| y.clone().map(move |y| (z * dims[1] + y) * dims[0]));
+        let rows = z.flat_map(|z| y.clone().map(move |y| (z * ny + y) * nx));
         let known = rows.flat_map(|row| &self.levels[0][row + x.start..row + x.end]).filter(|v| !v.is_nan()).count();
         known as f32 / all as f32
     }
