@@ -263,3 +263,24 @@ fn bricks_that_leave_are_not_drawn(slices: &mut Slices) {
     slices.pool.remove(key);
     assert_eq!(slices.measure(slice, false, size)[pixel][1], 1.0);
 }
+
+/// What drawing a slice takes: to be read, not judged.
+#[test]
+#[ignore = "a measurement"]
+fn pictures_of_slices() {
+    let mut slices = Slices::new();
+    let picture = SlicePicture::new(&slices.context, [490, 360]).expect("a picture");
+    for (what, axis, is_smooth) in [("nearest", 2, false), ("smooth", 2, true), ("smooth across x", 0, true)] {
+        let (slice, _) = across(axis, 63.25, 1);
+        for _ in 0..4 {
+            let start = std::time::Instant::now();
+            slices.painter.draw(&slices.context, &mut slices.pool, &style(is_smooth), &[slice], &picture).expect("drawn");
+            let submitted = start.elapsed();
+            slices.painter.read(&slices.context, &picture).expect("read");
+            println!("{what}: {submitted:?} to submit, {:?} in all", start.elapsed());
+        }
+    }
+    let start = std::time::Instant::now();
+    slices.painter.read(&slices.context, &picture).expect("read");
+    println!("reading alone: {:?}", start.elapsed());
+}

@@ -103,8 +103,8 @@ fn structs_mirror_their_shaders() {
         }),
         mirror!(Counter { low, high }),
         mirror!(Placing { to_image, w, pixel }),
-        mirror!(SliceLevel { dims, first, bricks, amount, tint }),
-        mirror!(SliceLook { low, inverse_width, is_smooth, bias, across, level_count, bits }),
+        mirror!(SliceLevel { tint, first }),
+        mirror!(SliceLook { dims, level_count, low, inverse_width, is_smooth, bits, bias, tint }),
         mirror!(SliceQuad { clip_from_plane, origin, detail, along_u, border_width, along_v, opacity, border }),
     ];
     let mut seen = std::collections::BTreeSet::new();

@@ -230,19 +230,32 @@ fn frames_while_three_slices_are_dragged() {
     let mut window = open(MadeUp::new([2048, 2048, 1024], DVec3::ONE, [0.0, 1.0], large), 512 << 20);
     settle(&mut window);
     let mut seconds = Vec::new();
+    for _ in 0..5 {
+        let t = Instant::now();
+        window.step();
+        let a = t.elapsed();
+        let t = Instant::now();
+        window.render().expect("a frame");
+        println!("rest: step {a:?} render {:?}", t.elapsed());
+    }
     for name in ["line x in z", "line y in z", "line z in x"] {
         let from = window.get_by_label(name).rect().center();
         window.hover_at(from);
         window.step();
         window.drag_at(from);
         window.step();
-        for step in 0..100 {
+        for step in 0..60 {
             let by = 60.0 * (step as f32 / 16.0).sin();
             let by = if name.starts_with("line x") { egui::vec2(by, 0.0) } else { egui::vec2(0.0, by) };
             window.hover_at(from + by);
             let start = Instant::now();
             window.step();
+            let a = start.elapsed();
+            let t = Instant::now();
             window.render().expect("a frame");
+            if step % 25 == 3 {
+                println!("step {a:?} render {:?}", t.elapsed());
+            }
             seconds.push(start.elapsed().as_secs_f64());
         }
         save(&mut window, &format!("dragging {name}.png"));

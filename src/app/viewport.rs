@@ -63,10 +63,15 @@ pub fn wgpu_setup() -> egui_wgpu::WgpuSetup {
     egui_wgpu::WgpuSetup::CreateNew(setup)
 }
 
-/// A picture of slices as egui paints it. `id` is what the window's earlier picture has, which goes.
-pub fn painted(window: &egui_wgpu::RenderState, picture: &SlicePicture, id: Option<egui::TextureId>) -> egui::TextureId {
+/// A picture of slices as egui paints it, smoothly if it is stretched. `id` is what the window's earlier picture has, which goes.
+pub fn painted(
+    window: &egui_wgpu::RenderState,
+    picture: &SlicePicture,
+    is_stretched: bool,
+    id: Option<egui::TextureId>,
+) -> egui::TextureId {
     let mut renderer = window.renderer.write();
-    let filter = wgpu::FilterMode::Nearest;
+    let filter = if is_stretched { wgpu::FilterMode::Linear } else { wgpu::FilterMode::Nearest };
     match id {
         Some(id) => {
             renderer.update_egui_texture_from_wgpu_texture(&window.device, picture.view(), filter, id);

@@ -22,38 +22,34 @@ pub const TINTS: [[f32; 3]; 6] =
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct SliceLevel {
-    /// Voxels along x, y, z.
-    pub dims: [u32; 3],
-    /// Where its part of the table of bricks begins.
-    pub first: u32,
-    /// Bricks along x, y, z.
-    pub bricks: [u32; 3],
-    /// Share of the tint, in [0, 1].
-    pub amount: f32,
     /// Colour that the level is tinted with.
     pub tint: [f32; 3],
-    /// Fills to a multiple of 16 bytes.
-    pub _pad: f32,
+    /// Where its part of the table of bricks begins.
+    pub first: u32,
 }
 
 /// What all slices share: `SliceLook` in `shaders/slices.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct SliceLook {
+    /// Voxels of level 0 along x, y, z.
+    pub dims: [u32; 3],
+    /// Levels of the pyramid.
+    pub level_count: u32,
     /// The value at the beginning of the colours.
     pub low: f32,
     /// 1 over their width.
     pub inverse_width: f32,
     /// 0: the nearest voxel; 1: trilinear.
     pub is_smooth: u32,
-    /// Added to numbers that are kept as unsigned integers.
-    pub bias: f32,
-    /// Bricks along x and y of the texture.
-    pub across: [u32; 2],
-    /// Levels of the pyramid.
-    pub level_count: u32,
     /// Bits of a voxel: 8, 16, or 32 for floats.
     pub bits: u32,
+    /// Added to numbers that are kept as unsigned integers.
+    pub bias: f32,
+    /// Share of the tint, in [0, 1].
+    pub tint: f32,
+    /// Fills to a multiple of 16 bytes.
+    pub _pad: [f32; 2],
 }
 
 /// A slice of a picture: `SliceQuad` in `shaders/slices.wgsl`.
@@ -108,21 +104,21 @@ pub struct DrawnSlice {
 
 impl SliceStyle {
     /// What the shader looks colours up in: below, above, missing, then evenly over the range; the range.
-    fn table(&self) -> (Vec<[f32; 4]>, [f64; 2]) {
+    fn table(&self) -> (Vec<[u8; 4]>, [f64; 2]) {
         let tf = &self.transfer_function;
         let [lo, hi] = tf.range.unwrap_or(self.value_range);
         let drawn = tf.in_data(self.value_range);
         let at = |x: f64| opaque(color_at(&drawn.color, x));
-        let inside: Vec<[f32; 4]> = (0..=COLORS).map(|i| at(i as f64 / COLORS as f64)).collect();
+        let inside: Vec<[u8; 4]> = (0..=COLORS).map(|i| at(i as f64 / COLORS as f64)).collect();
         let (below, above) = (tf.below.map_or(inside[0], opaque), tf.above.map_or(inside[COLORS], opaque));
-        let missing = tf.nan.map_or([0.0; 4], opaque);
+        let missing = tf.nan.map_or([0; 4], opaque);
         ([below, above, missing].into_iter().chain(inside).collect(), [lo, hi])
     }
 }
 
-fn opaque(color: [f64; 3]) -> [f32; 4] {
-    let [r, g, b] = color.map(|v| v as f32);
-    [r, g, b, 1.0]
+fn opaque(color: [f64; 3]) -> [u8; 4] {
+    let [r, g, b] = color.map(|v| (255.0 * v).round().clamp(0.0, 255.0) as u8);
+    [r, g, b, 255]
 }
 
 /// The colour at a place of ascending knots; between two at one place the later one counts.
@@ -237,7 +233,7 @@ mod tests {
         let style = SliceStyle { transfer_function: tf, value_range: [0.0, 9.0], is_smooth: false, tint: 0.0 };
         let (table, range) = style.table();
         assert_eq!((table.len(), range), (COLORS + 4, [-1.0, 3.0]));
-        assert_eq!(table[..3], [[0.0, 0.0, 1.0, 1.0], [1.0, 1.0, 1.0, 1.0], [0.0; 4]]);
-        assert_eq!((table[3 + COLORS / 4], table[3 + COLORS / 2]), ([0.5, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 1.0]));
+        assert_eq!(table[..3], [[0, 0, 255, 255], [255; 4], [0; 4]]);
+        assert_eq!((table[3 + COLORS / 4], table[3 + COLORS / 2]), ([128, 0, 0, 255], [255, 0, 0, 255]));
     }
 }

@@ -47,7 +47,8 @@ impl StoreWindow {
                 ui.spacing_mut().slider_width = 84.0;
                 let slider = ui.add(Slider::new(&mut position, low..=high).step_by(1.0).smart_aim(false).show_value(false));
                 labelled(&slider, &format!("slice {title}"));
-                let drag = DragValue::new(&mut position).range(low..=high).speed(0.25).max_decimals(2).update_while_editing(false);
+                let drag = DragValue::new(&mut position).range(low..=high).speed(0.25).update_while_editing(false);
+                let drag = drag.custom_formatter(|position, _| short(position));
                 let drag = ui.add_sized(vec2(52.0, ui.spacing().interact_size.y), drag);
                 labelled(&drag, &format!("position of {title}"));
                 let is_changed = slider.on_hover_text(&tip).changed() | drag.on_hover_text(&tip).changed();
@@ -252,8 +253,8 @@ impl StoreWindow {
         self.camera = camera.fitted(bounds, 1.2);
     }
 
-    /// The line at the bottom.
-    pub(super) fn status_line(&self, ui: &mut Ui) {
+    /// The line at the bottom; how many bricks it says are to come.
+    pub(super) fn status_line(&self, ui: &mut Ui) -> usize {
         let progress = self.progress();
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let counters = &progress.counters;
@@ -286,6 +287,7 @@ impl StoreWindow {
                 ui.add(egui::Label::new(RichText::new(&text).color(color)).truncate()).on_hover_text(text);
             });
         });
+        progress.left
     }
 }
 

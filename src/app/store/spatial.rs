@@ -26,16 +26,13 @@ pub struct Drag {
     to_tip: Vec2,
 }
 
-/// The middle of what a slice cuts out of the volume, index space.
-fn middle_of(cut: &Cut, dims: [u32; 3]) -> Option<DVec3> {
-    let plane = cut.plane(dims);
-    let points = outline(&plane, dims);
-    let [origin, u, v] = plane_axes(&plane, dims);
-    let count = points.len() as f64;
-    (!points.is_empty()).then(|| {
-        let [a, b]: [f64; 2] = std::array::from_fn(|i| points.iter().map(|at| at[i]).sum::<f64>() / count);
-        origin + u * a + v * b
-    })
+/// Where a slice is taken: at the corner of what it cuts out of the volume that is nearest to the eye, index space. In the middle the handles
+/// of several slices would lie on each other.
+fn corner_of(cut: &Cut, space: &Space, eye: DVec3) -> Option<DVec3> {
+    let plane = cut.plane(space.dims);
+    let [origin, u, v] = plane_axes(&plane, space.dims);
+    let corners = outline(&plane, space.dims).into_iter().map(|[a, b]| origin + u * a + v * b);
+    corners.min_by(|a, b| space.shown(*a).distance(eye).total_cmp(&space.shown(*b).distance(eye)))
 }
 
 /// World units a point of the window at a place.
@@ -50,7 +47,7 @@ fn point_size(camera: &Camera, at: DVec3, rect: Rect) -> f64 {
 }
 
 fn handle(cut: &Cut, space: &Space, camera: &Camera, rect: Rect) -> Option<PlaneHandle> {
-    let pivot = space.shown(middle_of(cut, space.dims)?);
+    let pivot = space.shown(corner_of(cut, space, camera.eye)?);
     let length = ARROW * point_size(camera, pivot, rect);
     (length.is_finite() && length > 0.0).then(|| PlaneHandle { pivot, normal: space.shown_normal(cut.normal), length })
 }

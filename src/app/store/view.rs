@@ -29,8 +29,10 @@ pub struct View {
 pub struct Scene {
     /// Its place in the window, on whole pixels.
     pub rect: Rect,
-    /// Width and height in pixels.
+    /// Width and height in pixels of the window.
     pub pixels: [u32; 2],
+    /// What these are divided by.
+    pub divisor: u32,
     /// The slices.
     pub slices: Vec<DrawnSlice>,
 }
@@ -40,7 +42,7 @@ impl Scene {
     pub fn flat(frame: &FlatFrame, cut: &Cut, space: &Space, is_whole: bool, points: f32) -> Self {
         let plane = cut.plane(space.dims);
         let slice = DrawnSlice { plane, clip_from_index: frame.clip_from_index(), is_whole, border: None, opacity: 1.0 };
-        Scene { rect: frame.rect, pixels: pixels(frame.rect, points), slices: vec![slice] }
+        Scene { rect: frame.rect, pixels: pixels(frame.rect, points), divisor: 1, slices: vec![slice] }
     }
 
     /// Of slices in space.
@@ -51,10 +53,19 @@ impl Scene {
             let border = Some((BORDER * points, [r, g, b, 1.0]));
             DrawnSlice { plane: cut.plane(space.dims), clip_from_index, is_whole, border, opacity: 1.0 }
         });
-        Scene { rect, pixels: pixels(rect, points), slices: slices.collect() }
+        Scene { rect, pixels: pixels(rect, points), divisor: 1, slices: slices.collect() }
     }
 
-    /// What the slices ask for.
+    /// The same in coarser pixels.
+    pub fn coarser(mut self, divisor: u32) -> Self {
+        self.divisor = divisor.max(1);
+        for (width, _) in self.slices.iter_mut().filter_map(|slice| slice.border.as_mut()) {
+            *width /= self.divisor as f32;
+        }
+        self
+    }
+
+    /// What the slices ask for, in the pixels of the window.
     pub fn seen(&self) -> impl Iterator<Item = SeenSlice> {
         let pixels = DVec2::from(self.pixels.map(f64::from));
         self.slices.iter().map(move |slice| SeenSlice {
@@ -97,9 +108,10 @@ impl View {
     ) -> Result<bool, GpuError> {
         let version = stream.version();
         let (context, pool) = stream.pool();
-        if self.picture.as_ref().is_none_or(|picture| picture.size() != scene.pixels) {
-            let picture = SlicePicture::new(context, scene.pixels)?;
-            self.texture = Some(painted(window, &picture, self.texture));
+        let size = scene.pixels.map(|n| n.div_ceil(scene.divisor));
+        if self.picture.as_ref().is_none_or(|picture| picture.size() != size) {
+            let picture = SlicePicture::new(context, size)?;
+            self.texture = Some(painted(window, &picture, scene.divisor > 1, self.texture));
             (self.picture, self.drawn) = (Some(picture), None);
         }
         let is_drawn = self.drawn.as_ref().is_some_and(|drawn| drawn.0 == scene.slices && drawn.1 == *style && drawn.2 == version);

@@ -31,6 +31,9 @@ const PAUSE_S: f64 = 0.5;
 const DEVICE_BYTES: u64 = 1 << 30;
 const SOFTWARE_BYTES: u64 = 256 << 20;
 
+/// What width and height of pictures are divided by on a software adapter while something moves.
+const COARSER: u32 = 2;
+
 /// Height of what is above a picture, and the gap between pictures, points.
 const HEADER: f32 = 26.0;
 const GAP: f32 = 2.0;
@@ -53,6 +56,7 @@ pub struct StoreWindow {
     pub(super) name: String,
     pub(super) source: Arc<dyn BrickSource>,
     window: RenderState,
+    is_software: bool,
     painter: SlicePainter,
     pub(super) stream: Stream,
     pub(super) cuts: Vec<Cut>,
@@ -81,6 +85,8 @@ pub struct StoreWindow {
     frames: Spread,
     last_frame: Option<Instant>,
     last_frame_s: f64,
+    /// What the line at the bottom said of bricks to come.
+    shown_left: usize,
 }
 
 impl StoreWindow {
@@ -89,7 +95,8 @@ impl StoreWindow {
         let window = creation.wgpu_render_state.clone().context("the window has no GPU")?;
         let context = Context::from_parts(&window.adapter, window.device.clone(), window.queue.clone());
         let source = options.source;
-        let device_bytes = options.gpu_bytes.unwrap_or(if context.is_software() { SOFTWARE_BYTES } else { DEVICE_BYTES });
+        let is_software = context.is_software();
+        let device_bytes = options.gpu_bytes.unwrap_or(if is_software { SOFTWARE_BYTES } else { DEVICE_BYTES });
         let painter = SlicePainter::new(&context);
         let ctx = creation.egui_ctx.clone();
         let stream = Stream::new(context, source.clone(), [options.memory_bytes, device_bytes], move || ctx.request_repaint())
@@ -111,6 +118,7 @@ impl StoreWindow {
             name: options.name,
             source,
             window,
+            is_software,
             painter,
             stream,
             cuts,
@@ -135,6 +143,7 @@ impl StoreWindow {
             frames: Spread::default(),
             last_frame: None,
             last_frame_s: 0.0,
+            shown_left: 0,
         })
     }
 
@@ -298,6 +307,8 @@ impl StoreWindow {
         let seen: Vec<_> = scenes.iter().flat_map(|(_, scene)| scene.seen()).collect();
         let slices = self.slice_set();
         let is_moving = self.is_moving();
+        let divisor = if is_moving && self.is_software { COARSER } else { 1 };
+        let scenes: Vec<(usize, Scene)> = scenes.into_iter().map(|(number, scene)| (number, scene.coarser(divisor))).collect();
         self.probed = self.pointed.and_then(|at| Probed::at(at, &self.space(), &self.stream));
         self.stream.update(&seen, &slices, is_moving, self.probed.filter(|_| !is_moving).map(|probed| probed.brick()));
         for (number, scene) in &scenes {
@@ -316,7 +327,7 @@ impl StoreWindow {
             self.suit_range();
             self.range_is_chosen = true;
         }
-        if self.stream.has_more() {
+        if self.stream.has_more() || self.stream.progress().left != self.shown_left {
             ui.ctx().request_repaint();
         } else if is_moving {
             ui.ctx().request_repaint_after(REST + Duration::from_millis(10));
@@ -395,7 +406,7 @@ impl eframe::App for StoreWindow {
                 self.panel(ui);
             });
         });
-        egui::Panel::bottom("status").exact_size(24.0).resizable(false).show(ui, |ui| self.status_line(ui));
+        egui::Panel::bottom("status").exact_size(24.0).resizable(false).show(ui, |ui| self.shown_left = self.status_line(ui));
         egui::CentralPanel::no_frame().show(ui, |ui| self.pictures(ui));
     }
 }

@@ -103,7 +103,7 @@ impl SlicePainter {
             entry(3, fragment, atlas),
             entry(4, fragment, read),
         ];
-        let own = [entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, read)];
+        let own = [entry(0, wgpu::ShaderStages::VERTEX, read)];
         let layout = |entries: &[_]| device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries });
         let made = |label, size, usage| {
             let usage = usage | wgpu::BufferUsages::COPY_DST;
@@ -116,7 +116,7 @@ impl SlicePainter {
             paint: OnceLock::new(),
             measure: OnceLock::new(),
             look: made("look of slices", size_of::<SliceLook>() as u64, wgpu::BufferUsages::UNIFORM),
-            colors: made("colours of slices", 16 * (super::COLORS as u64 + 4), wgpu::BufferUsages::STORAGE),
+            colors: made("colours of slices", 4 * (super::COLORS as u64 + 4), wgpu::BufferUsages::STORAGE),
             style: None,
         }
     }
@@ -191,20 +191,22 @@ impl SlicePainter {
 
     /// Sends the look, the colours and the table to the device where they have changed.
     fn prepare(&mut self, context: &Context, pool: &mut SlicePool, style: &SliceStyle) {
-        pool.flush(context, style.tint);
+        pool.flush(context);
         let [low, high] = style.transfer_function.range.unwrap_or(style.value_range);
         if self.style.as_ref() != Some(style) {
             context.queue.write_buffer(&self.colors, 0, bytemuck::cast_slice(&style.table().0));
             self.style = Some(style.clone());
         }
         let look = SliceLook {
+            dims: pool.pyramid.dims(0),
+            level_count: pool.pyramid.levels().into(),
             low: low as f32,
             inverse_width: if high > low { (1.0 / (high - low)) as f32 } else { 0.0 },
             is_smooth: style.is_smooth.into(),
-            bias: pool.bias,
-            across: [pool.across[0], pool.across[1]],
-            level_count: pool.pyramid.levels().into(),
             bits: 8 * pool.voxel_bytes,
+            bias: pool.bias,
+            tint: style.tint,
+            _pad: [0.0; 2],
         };
         context.queue.write_buffer(&self.look, 0, bytemuck::bytes_of(&look));
     }

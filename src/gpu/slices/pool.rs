@@ -31,7 +31,6 @@ pub struct SlicePool {
     firsts: Vec<u32>,
     /// What of the table the device does not have yet.
     changed: Option<[usize; 2]>,
-    tint: f32,
 }
 
 impl SlicePool {
@@ -40,7 +39,8 @@ impl SlicePool {
     pub fn new(context: &Context, pyramid: &Pyramid, voxel_bytes: usize, budget_bytes: u64) -> Result<Self, GpuError> {
         let limits = context.device.limits();
         let voxel_bytes = if voxel_bytes > 2 { 4 } else { voxel_bytes.max(1) as u32 };
-        let most = u64::from(limits.max_texture_dimension_3d / BRICK_EDGE).max(1);
+        // A place is named by ten bits an axis.
+        let most = u64::from(limits.max_texture_dimension_3d / BRICK_EDGE).clamp(1, 1023);
         let brick_bytes = u64::from(voxel_bytes) * VOXELS as u64;
         // Near to a cube, since no side can be longer than the limit.
         let affordable = budget_bytes / brick_bytes;
@@ -84,23 +84,10 @@ impl SlicePool {
             let buffer = |label, contents: &[u8]| {
                 context.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
             };
-            let levels = buffer("levels", bytemuck::cast_slice(&levels(pyramid, &firsts, 0.0)));
+            let levels = buffer("levels", bytemuck::cast_slice(&levels(&firsts)));
             (texture, atlas, levels, buffer("table of bricks", bytemuck::cast_slice(&pages)))
         })?;
-        Ok(SlicePool {
-            pyramid: *pyramid,
-            atlas,
-            levels,
-            table,
-            bias: 0.0,
-            across,
-            voxel_bytes,
-            texture,
-            pages,
-            firsts,
-            changed: None,
-            tint: 0.0,
-        })
+        Ok(SlicePool { pyramid: *pyramid, atlas, levels, table, bias: 0.0, across, voxel_bytes, texture, pages, firsts, changed: None })
     }
 
     /// How many bricks there is room for.
@@ -119,14 +106,15 @@ impl SlicePool {
         let (bytes, bias) = packed(&brick.samples, self.voxel_bytes);
         self.bias = bias;
         let [nx, ny, _] = self.across;
-        let [x, y, z] = [slot % nx, slot / nx % ny, slot / (nx * ny)].map(|n| n * BRICK_EDGE);
+        let place = [slot % nx, slot / nx % ny, slot / (nx * ny)];
+        let [x, y, z] = place.map(|n| n * BRICK_EDGE);
         let mut to = self.texture.as_image_copy();
         to.origin = wgpu::Origin3d { x, y, z };
         let bytes_per_row = Some(BRICK_EDGE * self.voxel_bytes);
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: Some(BRICK_EDGE) };
         let size = wgpu::Extent3d { width: BRICK_EDGE, height: BRICK_EDGE, depth_or_array_layers: BRICK_EDGE };
         context.queue.write_texture(to, &bytes, layout, size);
-        self.set(page, slot);
+        self.set(page, place[0] | place[1] << 10 | place[2] << 20);
     }
 
     /// Takes a brick out: pictures fall back to coarser ones.
@@ -136,14 +124,10 @@ impl SlicePool {
         }
     }
 
-    /// Sends what has changed of the table, and the tint, to the device.
-    pub(super) fn flush(&mut self, context: &Context, tint: f32) {
+    /// Sends what has changed of the table to the device.
+    pub(super) fn flush(&mut self, context: &Context) {
         if let Some([from, to]) = self.changed.take() {
             context.queue.write_buffer(&self.table, 4 * from as u64, bytemuck::cast_slice(&self.pages[from..to]));
-        }
-        if self.tint != tint {
-            self.tint = tint;
-            context.queue.write_buffer(&self.levels, 0, bytemuck::cast_slice(&levels(&self.pyramid, &self.firsts, tint)));
         }
     }
 
@@ -153,8 +137,8 @@ impl SlicePool {
         self.pyramid.has(key).then(|| self.firsts[usize::from(key.level)] as usize + (z * ny + y) * nx + x)
     }
 
-    fn set(&mut self, page: usize, slot: u32) {
-        self.pages[page] = slot;
+    fn set(&mut self, page: usize, place: u32) {
+        self.pages[page] = place;
         let [from, to] = self.changed.unwrap_or([page, page]);
         self.changed = Some([from.min(page), to.max(page + 1)]);
     }
@@ -164,16 +148,9 @@ fn pyramid_bricks(pyramid: &Pyramid) -> u64 {
     (0..pyramid.levels()).map(|level| pyramid.brick_count(level)).sum()
 }
 
-fn levels(pyramid: &Pyramid, firsts: &[u32], amount: f32) -> Vec<SliceLevel> {
-    let level = |(&first, level): (&u32, u8)| SliceLevel {
-        dims: pyramid.dims(level),
-        first,
-        bricks: pyramid.bricks(level),
-        amount,
-        tint: TINTS[usize::from(level).min(TINTS.len() - 1)],
-        _pad: 0.0,
-    };
-    firsts.iter().zip(0..).map(level).collect()
+fn levels(firsts: &[u32]) -> Vec<SliceLevel> {
+    let tint = |level: usize| TINTS[level.min(TINTS.len() - 1)];
+    firsts.iter().enumerate().map(|(level, &first)| SliceLevel { tint: tint(level), first }).collect()
 }
 
 /// Voxels as the device keeps them, and what is added there to those kept as unsigned integers.
