@@ -161,7 +161,7 @@ pub fn meets(plane: &SlicePlane, key: BrickKey) -> bool {
 mod tests {
     use super::*;
     use crate::bricks::GridBricks;
-    use crate::volume::{Grid, GridFrame, Samples, generate::shell, with_voxels};
+    use crate::volume::{Grid, GridFrame, Samples, generate::shell};
 
     fn grid(dims: [u32; 3], value: impl Fn(u32, u32, u32) -> f32) -> GridBricks {
         let value = &value;
@@ -248,7 +248,7 @@ mod tests {
                         for x in ranges[0].clone() {
                             let value = |brick: &crate::bricks::Brick, key: BrickKey| {
                                 let [x, y, z] = [x, y, z].map(|v| ((v >> key.level) % BRICK_EDGE) as usize);
-                                with_voxels!(&brick.samples, voxels => f64::from(voxels[(z * 64 + y) * 64 + x] as f32))
+                                brick.samples.get((z * 64 + y) * 64 + x)
                             };
                             assert!((value(&fine, key) - value(&coarse, covers[0])).abs() <= spread / 255.0 + 1e-6, "{key:?} {x} {y} {z}");
                         }
