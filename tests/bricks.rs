@@ -103,7 +103,8 @@ fn slices_are_those_of_the_volume_and_errors_say_what_to_do() {
     let volume = std::fs::read(folder.join("waves.raw")).expect("read");
     let values = |args: &[&str]| {
         done(folder, &[&["slice", "w.zarr", "-o", "s.npy"], args].concat());
-        let file = npyz::NpyFile::new(&std::fs::read(folder.join("s.npy")).expect("read")[..]).expect("an array");
+        let bytes = std::fs::read(folder.join("s.npy")).expect("read");
+        let file = npyz::NpyFile::new(&bytes[..]).expect("an array");
         (file.shape().to_vec(), file.into_vec::<f64>().expect("float64"))
     };
     let at = |x: u64, y: u64, z: u64| f64::from(volume[(x + 300 * (y + 200 * z)) as usize]);
@@ -150,7 +151,8 @@ fn a_mesh_becomes_bricks_through_its_octree() {
     let text = done(folder, &["bricks", "ball.vtu", "--resolution", "100", "--max-depth", "6", "-o", "ball.zarr"]);
     assert!(text.contains("100 x 100 x 100 f32, radius"), "{text}");
     done(folder, &["slice", "ball.zarr", "--plane", "z=0.005", "-o", "s.npy", "--size", "100", "--nearest"]);
-    let file = npyz::NpyFile::new(&std::fs::read(folder.join("s.npy")).expect("read")[..]).expect("an array");
+    let bytes = std::fs::read(folder.join("s.npy")).expect("read");
+    let file = npyz::NpyFile::new(&bytes[..]).expect("an array");
     let values = file.into_vec::<f64>().expect("float64");
     let middle = values[50 * 100 + 50];
     assert!(middle < 0.1 && values[0].is_nan(), "{middle} {}", values[0]);

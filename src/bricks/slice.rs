@@ -7,6 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::io;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Pixels along the edge of what one thread draws at a time.
@@ -180,12 +181,19 @@ impl Slice {
 /// A brick that is read by whoever comes first, while others wait for it.
 type Slot = Arc<OnceLock<Result<Arc<Brick>, (io::ErrorKind, String)>>>;
 
+/// Bricks and when they were last asked for, on a clock that ticks with each question.
+#[derive(Default)]
+struct Kept {
+    bricks: HashMap<BrickKey, (Slot, u64)>,
+    clock: u64,
+}
+
 /// Bricks that were read, the oldest of which leave.
 struct Shelf<'a> {
     source: &'a dyn BrickSource,
     room: usize,
-    kept: Mutex<(HashMap<BrickKey, (Slot, u64)>, u64)>,
-    read: std::sync::atomic::AtomicUsize,
+    kept: Mutex<Kept>,
+    read: AtomicUsize,
 }
 
 impl<'a> Shelf<'a> {
@@ -196,13 +204,13 @@ impl<'a> Shelf<'a> {
     }
 
     fn read(&self) -> usize {
-        self.read.load(std::sync::atomic::Ordering::Relaxed)
+        self.read.load(Relaxed)
     }
 
     fn get(&self, key: BrickKey) -> io::Result<Arc<Brick>> {
         let slot = {
             let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-            let (bricks, clock) = &mut *kept;
+            let Kept { bricks, clock } = &mut *kept;
             *clock += 1;
             if !bricks.contains_key(&key) && bricks.len() >= self.room {
                 let oldest = bricks.iter().min_by_key(|(_, (_, used))| *used).map(|(key, _)| *key);
@@ -213,7 +221,7 @@ impl<'a> Shelf<'a> {
             slot.clone()
         };
         let read = slot.get_or_init(|| {
-            self.read.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            self.read.fetch_add(1, Relaxed);
             self.source.load(key).map(Arc::new).map_err(|error| (error.kind(), error.to_string()))
         });
         read.clone().map_err(|(kind, what)| io::Error::new(kind, what))
