@@ -93,7 +93,7 @@ mod tests {
         let volume = OctreeVolume::new(texture, &mesh, "linear".into(), longest);
         let frame = *volume.frame();
         let samples = volume.read(&frame.dims.map(|n| 0..n)).expect("read");
-        let scale = (field.range()[1] - field.range()[0]).abs();
+        let scale = (field.range[1] - field.range[0]).abs();
         let mut known = 0;
         for i in 0..samples.len() {
             let at = [

@@ -183,12 +183,15 @@ mod tests {
 
     #[test]
     fn signed_numbers_come_back_from_unsigned_ones() {
-        let (bytes, bias) = packed(&Samples::I8(vec![-128, -1, 0, 127].into()), 1);
+        let samples = Samples::I8(vec![-128, -1, 0, 127].into());
+        let (bytes, bias) = packed(&samples, 1);
         assert_eq!(bytes.iter().map(|&b| f32::from(b) + bias).collect::<Vec<_>>(), [-128.0, -1.0, 0.0, 127.0]);
-        let (bytes, bias) = packed(&Samples::I16(vec![-32768, -1, 32767].into()), 2);
+        let samples = Samples::I16(vec![-32768, -1, 32767].into());
+        let (bytes, bias) = packed(&samples, 2);
         let words: Vec<u16> = bytemuck::pod_collect_to_vec(&bytes);
         assert_eq!(words.iter().map(|&w| f32::from(w) + bias).collect::<Vec<_>>(), [-32768.0, -1.0, 32767.0]);
-        let (bytes, _) = packed(&Samples::F64(vec![0.5, f64::NAN].into()), 4);
+        let samples = Samples::F64(vec![0.5, f64::NAN].into());
+        let (bytes, _) = packed(&samples, 4);
         let floats: Vec<f32> = bytemuck::pod_collect_to_vec(&bytes);
         assert!(floats[0] == 0.5 && floats[1].is_nan());
     }
