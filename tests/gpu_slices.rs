@@ -6,9 +6,10 @@ mod made_up;
 
 use glam::{DMat4, DVec3, DVec4};
 use made_up::MadeUp;
-use octetra::bricks::{BRICK_EDGE, BrickKey, BrickSource, SlicePlane};
+use octetra::bricks::{BRICK_EDGE, Brick, BrickKey, BrickSource, Pyramid, SlicePlane};
 use octetra::gpu::{Context, DrawnSlice, SlicePainter, SlicePicture, SlicePool, SliceStyle, TINTS, flat_projection};
 use octetra::view::TransferFunction;
+use octetra::volume::Samples;
 use std::collections::HashSet;
 
 const DIMS: [u32; 3] = [200, 150, 100];
@@ -176,6 +177,7 @@ fn slices_have_the_values_of_their_voxels_to_the_bit_and_others_those_between() 
     coarser_pictures_show_coarser_levels(&mut slices);
     colours_tints_and_depth(&mut slices);
     bricks_that_leave_are_not_drawn(&mut slices);
+    whole_numbers_are_kept_as_they_are(&mut slices);
 }
 
 fn coarser_pictures_show_coarser_levels(slices: &mut Slices) {
@@ -262,6 +264,33 @@ fn bricks_that_leave_are_not_drawn(slices: &mut Slices) {
     assert_eq!(slices.measure(slice, false, size)[pixel][1], 0.0);
     slices.pool.remove(key);
     assert_eq!(slices.measure(slice, false, size)[pixel][1], 1.0);
+}
+
+fn whole_numbers_are_kept_as_they_are(slices: &mut Slices) {
+    let count = (BRICK_EDGE * BRICK_EDGE * BRICK_EDGE) as usize;
+    let all = [
+        Samples::U8((0..count).map(|i| (i * 7) as u8).collect::<Vec<_>>().into()),
+        Samples::I8((0..count).map(|i| (i * 7) as i8).collect::<Vec<_>>().into()),
+        Samples::U16((0..count).map(|i| (i * 77) as u16).collect::<Vec<_>>().into()),
+        Samples::I16((0..count).map(|i| (i * 77) as i16).collect::<Vec<_>>().into()),
+        Samples::I32((0..count).map(|i| i as i32 - 1000).collect::<Vec<_>>().into()),
+    ];
+    let pyramid = Pyramid::new([BRICK_EDGE; 3]);
+    let half = 1.0 / 32.0;
+    let clip_from_index = flat_projection(DVec3::new(31.5, 31.5, 5.0), DVec3::X * half, DVec3::Y * half);
+    let slice = DrawnSlice { plane: SlicePlane::across(2, 5.0), clip_from_index, is_whole: true, border: None, opacity: 1.0 };
+    for samples in all {
+        let mut pool = SlicePool::new(&slices.context, &pyramid, samples.bytes() / count, 1 << 20).expect("room");
+        let brick = Brick { samples };
+        pool.put(&slices.context, 0, pyramid.top(), &brick);
+        for is_smooth in [false, true] {
+            let shown = slices.painter.measure(&slices.context, &mut pool, &style(is_smooth), &[slice], [64, 64]).expect("a picture");
+            for (pixel, shown) in shown.pixels.iter().enumerate() {
+                let voxel = pixel % 64 + 64 * (63 - pixel / 64) + 64 * 64 * 5;
+                assert_eq!(f64::from(shown[0]), brick.samples.get(voxel), "{} at {voxel}", brick.samples.type_name());
+            }
+        }
+    }
 }
 
 /// What drawing a slice takes: to be read, not judged.

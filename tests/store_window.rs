@@ -229,15 +229,19 @@ fn large(level: u8, voxel: [u32; 3]) -> f32 {
 fn frames_while_three_slices_are_dragged() {
     let mut window = open(MadeUp::new([2048, 2048, 1024], DVec3::ONE, [0.0, 1.0], large), 512 << 20);
     settle(&mut window);
-    let mut seconds = Vec::new();
-    for _ in 0..5 {
-        let t = Instant::now();
+    let frame = |window: &mut Window| {
+        let start = Instant::now();
         window.step();
-        let a = t.elapsed();
-        let t = Instant::now();
         window.render().expect("a frame");
-        println!("rest: step {a:?} render {:?}", t.elapsed());
-    }
+        start.elapsed().as_secs_f64() * 1e3
+    };
+    let told = |mut ms: Vec<f64>| {
+        ms.sort_by(f64::total_cmp);
+        let at = |share: f64| ms[(share * (ms.len() - 1) as f64) as usize];
+        format!("{} frames, ms: median {:.1}, 95 % {:.1}, most {:.1}", ms.len(), at(0.5), at(0.95), at(1.0))
+    };
+    println!("at rest, the widgets alone: {}", told((0..20).map(|_| frame(&mut window)).collect()));
+    let mut ms = Vec::new();
     for name in ["line x in z", "line y in z", "line z in x"] {
         let from = window.get_by_label(name).rect().center();
         window.hover_at(from);
@@ -248,23 +252,13 @@ fn frames_while_three_slices_are_dragged() {
             let by = 60.0 * (step as f32 / 16.0).sin();
             let by = if name.starts_with("line x") { egui::vec2(by, 0.0) } else { egui::vec2(0.0, by) };
             window.hover_at(from + by);
-            let start = Instant::now();
-            window.step();
-            let a = start.elapsed();
-            let t = Instant::now();
-            window.render().expect("a frame");
-            if step % 25 == 3 {
-                println!("step {a:?} render {:?}", t.elapsed());
-            }
-            seconds.push(start.elapsed().as_secs_f64());
+            ms.push(frame(&mut window));
         }
         save(&mut window, &format!("dragging {name}.png"));
         window.drop_at(from);
         window.step();
     }
-    seconds.sort_by(f64::total_cmp);
-    let at = |share: f64| seconds[(share * (seconds.len() - 1) as f64) as usize] * 1e3;
-    println!("{} frames, ms: median {:.1}, 95 % {:.1}, most {:.1}", seconds.len(), at(0.5), at(0.95), at(1.0));
+    println!("dragging: {}", told(ms));
     println!("the window's own: {:?}", window.state().frame_times());
     let start = Instant::now();
     settle(&mut window);

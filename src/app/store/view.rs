@@ -7,7 +7,7 @@ use super::space::{FlatFrame, Space};
 use crate::bricks::screen::SeenSlice;
 use crate::gpu::{DrawnSlice, GpuError, SlicePainter, SlicePicture, SliceStyle};
 use crate::view::{Camera, Projection};
-use egui::{Color32, Rect, pos2};
+use egui::{Color32, Rect, pos2, vec2};
 use glam::{DMat4, DVec2, DVec3, DVec4};
 
 /// Width of the line where a slice ends, pixels, in space.
@@ -15,6 +15,22 @@ const BORDER: f32 = 1.6;
 
 /// Near things end at this share of the distance to what the camera looks at.
 const NEAR: f64 = 1e-4;
+
+/// The picture in space, by its number among the four; the flat ones are 0, 1, 2.
+pub const SPATIAL: usize = 3;
+
+/// The gap between pictures, points.
+const GAP: f32 = 2.0;
+
+/// The pictures' places with what is above them, by number: all four, or the one that has all the room.
+pub fn places(whole: Rect, maximised: Option<usize>) -> Vec<(usize, Rect)> {
+    if let Some(number) = maximised {
+        return vec![(number, whole)];
+    }
+    let half = (whole.size() - vec2(GAP, GAP)) / 2.0;
+    let at = |x: f32, y: f32| Rect::from_min_size(pos2(whole.left() + x * (half.x + GAP), whole.top() + y * (half.y + GAP)), half);
+    vec![(0, at(0.0, 0.0)), (SPATIAL, at(1.0, 0.0)), (1, at(0.0, 1.0)), (2, at(1.0, 1.0))]
+}
 
 /// A picture on the device.
 #[derive(Default)]
@@ -132,7 +148,6 @@ impl View {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use egui::vec2;
 
     #[test]
     fn depth_falls_with_the_distance() {

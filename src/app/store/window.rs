@@ -10,12 +10,12 @@ use super::probe::Probed;
 use super::space::{FlatFrame, FlatView, Space};
 use super::spatial::Drag;
 use super::stream::{Progress, Stream};
-use super::view::{Scene, View};
+use super::view::{SPATIAL, Scene, View, places};
 use crate::bricks::{BrickSource, SliceSet};
 use crate::gpu::{Context, SlicePainter, SliceStyle};
 use crate::view::{Camera, TransferFunction};
 use anyhow::{Context as _, Result};
-use egui::{Key, Rect, Ui, pos2, vec2};
+use egui::{Key, Rect, Ui};
 use egui_wgpu::RenderState;
 use glam::DVec3;
 use std::sync::Arc;
@@ -34,12 +34,8 @@ const SOFTWARE_BYTES: u64 = 256 << 20;
 /// What width and height of pictures are divided by on a software adapter while something moves.
 const COARSER: u32 = 2;
 
-/// Height of what is above a picture, and the gap between pictures, points.
+/// Height of what is above a picture, points.
 const HEADER: f32 = 26.0;
-const GAP: f32 = 2.0;
-
-/// The picture in space, by its number among the four; the flat ones are 0, 1, 2.
-pub(super) const SPATIAL: usize = 3;
 
 /// What moves a picture when it changes.
 #[derive(Debug, Clone, PartialEq)]
@@ -273,23 +269,13 @@ impl StoreWindow {
         ctx.request_repaint();
     }
 
-    /// The pictures' places: number, all of it.
-    fn places(&self, whole: Rect) -> Vec<(usize, Rect)> {
-        if let Some(number) = self.maximised {
-            return vec![(number, whole)];
-        }
-        let half = (whole.size() - vec2(GAP, GAP)) / 2.0;
-        let at = |x: f32, y: f32| Rect::from_min_size(pos2(whole.left() + x * (half.x + GAP), whole.top() + y * (half.y + GAP)), half);
-        vec![(0, at(0.0, 0.0)), (SPATIAL, at(1.0, 0.0)), (1, at(0.0, 1.0)), (2, at(1.0, 1.0))]
-    }
-
     /// The four pictures: input, bricks, drawing.
     fn pictures(&mut self, ui: &mut Ui) {
         let whole = ui.available_rect_before_wrap();
         let points = ui.ctx().pixels_per_point();
         ui.painter().rect_filled(whole, 0.0, ui.visuals().extreme_bg_color);
         let mut pictures = Vec::new();
-        for (number, place) in self.places(whole) {
+        for (number, place) in places(whole, self.maximised) {
             let (header, rect) = place.split_top_bottom_at_y(place.top() + HEADER);
             ui.scope_builder(egui::UiBuilder::new().max_rect(header), |ui| self.header(ui, number, header));
             let rect = egui::emath::GuiRounding::round_to_pixels(rect, points);
