@@ -212,7 +212,7 @@ mod tests {
             DVec4::new(-128.0, -128.0, 0.0, 300.0),
         );
         let plane = SlicePlane::new(DVec3::new(0.0, 128.0, 100.0), DVec3::new(0.0, 0.3, 1.0)).expect("a plane");
-        let seen = SeenSlice { plane, clip_from_index, pixels: DVec2::splat(400.0), is_whole: false };
+        let seen = SeenSlice { plane, clip_from_index, pixels: DVec2::splat(4000.0), is_whole: false };
         let found = asked(&pyramid, &[seen], pyramid.levels(), usize::MAX, |_| false);
         let far = |level: u8| found.bricks.iter().filter(|key| key.level == level).map(|key| key.at[0]).max();
         assert!(far(0) < far(1).map(|x| 2 * x), "{:?} {:?}", far(0), far(1));
