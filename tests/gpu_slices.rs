@@ -292,24 +292,3 @@ fn whole_numbers_are_kept_as_they_are(slices: &mut Slices) {
         }
     }
 }
-
-/// What drawing a slice takes: to be read, not judged.
-#[test]
-#[ignore = "a measurement"]
-fn pictures_of_slices() {
-    let mut slices = Slices::new();
-    let picture = SlicePicture::new(&slices.context, [490, 360]).expect("a picture");
-    for (what, axis, is_smooth) in [("nearest", 2, false), ("smooth", 2, true), ("smooth across x", 0, true)] {
-        let (slice, _) = across(axis, 63.25, 1);
-        for _ in 0..4 {
-            let start = std::time::Instant::now();
-            slices.painter.draw(&slices.context, &mut slices.pool, &style(is_smooth), &[slice], &picture).expect("drawn");
-            let submitted = start.elapsed();
-            slices.painter.read(&slices.context, &picture).expect("read");
-            println!("{what}: {submitted:?} to submit, {:?} in all", start.elapsed());
-        }
-    }
-    let start = std::time::Instant::now();
-    slices.painter.read(&slices.context, &picture).expect("read");
-    println!("reading alone: {:?}", start.elapsed());
-}
