@@ -104,7 +104,7 @@ impl Pyramid {
         let dims = self.dims(key.level);
         std::array::from_fn(|axis| {
             let first = key.at[axis] * BRICK_EDGE;
-            first..(first + BRICK_EDGE).min(dims[axis])
+            first..first.saturating_add(BRICK_EDGE).min(dims[axis])
         })
     }
 

@@ -3,6 +3,7 @@
 use super::sample::{Interpolation, brick_of};
 use super::{BRICK_EDGE, Brick, BrickKey, BrickSource, SlicePlane};
 use crate::progress::{Cancelled, Progress};
+use crate::volume::GridFrame;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -38,14 +39,16 @@ impl SliceFrame {
         SliceFrame { first, right: DVec3::AXES[u] * pixel, down: -DVec3::AXES[v] * pixel, size }
     }
 
-    /// The part of an oblique plane that lies in a volume: `size` pixels along its longer edge, square ones. `up` is the direction that is up
-    /// as nearly as it can be. `None` where the plane misses the volume.
-    pub fn oblique(dims: [u32; 3], plane: &SlicePlane, up: DVec3, longest: u32) -> Option<Self> {
+    /// The part of any plane that lies in a volume, through a point and across a normal in the world: `longest` pixels along its longer edge,
+    /// which are squares in the world. `up` is the direction that is up as nearly as it can be. `None` where the plane misses the volume or
+    /// is none.
+    pub fn oblique(frame: &GridFrame, point: DVec3, normal: DVec3, up: DVec3, longest: u32) -> Option<Self> {
+        let plane = SlicePlane::new(point, normal)?;
         let up = [up, DVec3::Y, DVec3::X].into_iter().find_map(|up| up.reject_from_normalized(plane.normal).try_normalize())?;
         let right = up.cross(plane.normal);
         let corner = |i: usize| {
-            let end = |axis: usize| if i >> axis & 1 == 1 { f64::from(dims[axis]) - 0.5 } else { -0.5 };
-            DVec3::new(end(0), end(1), end(2))
+            let end = |axis: usize| if i >> axis & 1 == 1 { f64::from(frame.dims[axis]) - 0.5 } else { -0.5 };
+            frame.origin + frame.steps * DVec3::new(end(0), end(1), end(2))
         };
         let edges = (0..8usize).flat_map(|i| (0..3).filter(move |axis| i >> axis & 1 == 0).map(move |axis| (i, i | 1 << axis)));
         let mut bounds: Option<[[f64; 2]; 2]> = None;
@@ -61,10 +64,15 @@ impl SliceFrame {
             bounds = Some([0, 1].map(|k| [old[k][0].min(at[k]), old[k][1].max(at[k])]));
         }
         let [[left, end], [bottom, top]] = bounds?;
-        let pixel = ((end - left).max(top - bottom) / f64::from(longest.max(1))).max(1e-9);
+        let extent = (end - left).max(top - bottom);
+        if !(extent > 0.0) {
+            return None;
+        }
+        let pixel = extent / f64::from(longest.max(1));
         let size = [end - left, top - bottom].map(|length| ((length / pixel).round() as u32).clamp(1, longest.max(1)));
         let first = plane.point + right * (left + pixel / 2.0) + up * (top - pixel / 2.0);
-        Some(SliceFrame { first, right: right * pixel, down: -up * pixel, size })
+        let index = frame.steps.inverse();
+        Some(SliceFrame { first: index * (first - frame.origin), right: index * right * pixel, down: index * -up * pixel, size })
     }
 
     /// The same slice with this many times the pixels along each edge.
@@ -135,6 +143,7 @@ impl Slice {
         let draw = |&[left, top]: &[u32; 2]| -> Result<Vec<f64>, SliceError> {
             progress.check()?;
             let mut at_hand: HashMap<BrickKey, Arc<Brick>> = HashMap::new();
+            let most = (shelf.room / rayon::current_num_threads()).max(8);
             let mut failure = None;
             let mut values = Vec::new();
             for y in top..(top + TILE).min(height) {
@@ -146,7 +155,12 @@ impl Slice {
                             let brick = match at_hand.get(&key) {
                                 Some(brick) => brick.clone(),
                                 None => match shelf.get(key) {
-                                    Ok(brick) => at_hand.entry(key).insert_entry(brick).get().clone(),
+                                    Ok(brick) => {
+                                        if at_hand.len() >= most {
+                                            at_hand.clear();
+                                        }
+                                        at_hand.entry(key).insert_entry(brick).get().clone()
+                                    }
                                     Err(error) => {
                                         failure = Some(error);
                                         return None;
@@ -232,7 +246,7 @@ impl<'a> Shelf<'a> {
 mod tests {
     use super::*;
     use crate::bricks::{BrickStatistics, Pyramid};
-    use crate::volume::{GridFrame, Samples};
+    use crate::volume::Samples;
 
     /// A source whose voxels say where they are.
     #[derive(Debug)]
@@ -299,7 +313,7 @@ mod tests {
         let dims = [128, 128, 128];
         let source = places(dims);
         let plane = SlicePlane::new(DVec3::new(60.0, 50.0, 40.0), DVec3::new(1.0, 2.0, -0.5)).expect("a plane");
-        let frame = SliceFrame::oblique(dims, &plane, DVec3::Z, 200).expect("it meets the volume");
+        let frame = SliceFrame::oblique(source.frame(), plane.point, plane.normal, DVec3::Z, 200).expect("it meets the volume");
         assert_eq!(frame.size[0].max(frame.size[1]), 200);
         assert!((frame.plane().expect("a plane").normal.dot(plane.normal).abs() - 1.0).abs() < 1e-12);
         assert!(plane.distance(frame.at(17, 80)).abs() < 1e-9 && frame.down.z < 0.0);
@@ -320,8 +334,17 @@ mod tests {
             }
         }
         assert!(inside > 10_000, "{inside}");
-        let beside = SlicePlane::new(DVec3::splat(500.0), DVec3::X).expect("a plane");
-        assert_eq!(SliceFrame::oblique(dims, &beside, DVec3::Z, 200), None);
+        let beside = |normal| SliceFrame::oblique(source.frame(), DVec3::splat(500.0), normal, DVec3::Z, 200);
+        assert_eq!([beside(DVec3::X), beside(DVec3::ZERO)], [None, None]);
+        // Pixels are squares in the world, whatever voxels are.
+        let flat = GridFrame::along_axes([100, 100, 100], DVec3::new(5.0, 0.0, 0.0), DVec3::new(1.0, 2.0, -8.0));
+        let frame =
+            SliceFrame::oblique(&flat, DVec3::new(50.0, 100.0, -400.0), DVec3::new(1.0, 1.0, 0.3), DVec3::Z, 100).expect("meets it");
+        let [right, down] = [flat.steps * frame.right, flat.steps * frame.down];
+        assert!((right.length() - down.length()).abs() < 1e-9 && right.dot(down).abs() < 1e-9 && down.z < 0.0);
+        assert!(
+            (flat.origin + flat.steps * frame.at(30, 40) - DVec3::new(50.0, 100.0, -400.0)).dot(DVec3::new(1.0, 1.0, 0.3)).abs() < 1e-9
+        );
     }
 
     #[test]

@@ -31,7 +31,7 @@ Examples:
 
 The store is a folder: Zarr v3 with OME-NGFF metadata, which napari, xarray and zarr-python open. It holds the volume in levels, each of half the
 resolution of the one before, in bricks of 64^3 voxels, and of each brick its range and entropy. If writing is stopped, the same command
-goes on with it.")]
+goes on with it. Writing takes at most --memory, here 1GiB unless told.")]
 pub struct BricksCommand {
     #[command(flatten)]
     mesh: MeshArgs,
@@ -45,7 +45,7 @@ pub struct BricksCommand {
     /// The store to write, a folder
     #[arg(short, long, value_name = "STORE.zarr", help_heading = "Output")]
     output: PathBuf,
-    /// Replace a store that is there already
+    /// Replace a store of octetra's that is there already; nothing else in its folder is touched
     #[arg(long, help_heading = "Output")]
     overwrite: bool,
 }
@@ -54,11 +54,11 @@ impl BricksCommand {
     /// Opens the source, writes, says what was written.
     pub fn run(mut self) -> Result<()> {
         self.mesh.choose_step()?;
-        let source = self.source()?;
+        let (source, values) = self.source()?;
         let options = BuildOptions {
             budget_bytes: self.mesh.memory.unwrap_or(BUDGET),
             overwrite: self.overwrite,
-            source: self.fingerprint(source.as_ref())?,
+            source: self.fingerprint(source.as_ref(), &values)?,
         };
         let start = Instant::now();
         let built = with_bar(|progress| build(source.as_ref(), &self.output, &options, progress))?;
@@ -82,11 +82,13 @@ impl BricksCommand {
     }
 
     /// What the bricks are of.
-    fn source(&self) -> Result<Box<dyn VoxelSource>> {
-        if let Some(path) = &self.mesh.mesh
-            && self.output.canonicalize().ok().is_some_and(|output| path.canonicalize().ok() == Some(output))
-        {
-            bail!("{}: is the source, the store would overwrite it", path.display());
+    fn source(&self) -> Result<(Box<dyn VoxelSource>, Value)> {
+        let inputs = self.mesh.mesh.iter().chain(&self.mesh.solution).chain(&self.mesh.more);
+        for path in inputs {
+            let lies_in = |output: PathBuf| path.canonicalize().is_ok_and(|path| path.starts_with(output));
+            if self.output.canonicalize().is_ok_and(lies_in) {
+                bail!("{}: is the source or lies in the store, which would overwrite it", path.display());
+            }
         }
         if let Some(path) = self.mesh.mesh.as_deref().filter(|_| self.volume.layout().is_none())
             && path.is_file()
@@ -98,16 +100,17 @@ impl BricksCommand {
             }
             let mut out = io::stdout().lock();
             survey.notes().iter().try_for_each(|note| writeln!(out, "note          {note}"))?;
-            return self.unless_resolution(survey);
+            return Ok((self.unless_resolution(survey)?, Value::Null));
         }
         let subject = read_subject(&self.mesh, &self.volume)?;
         match &subject {
-            Subject::Volume(grid) => self.unless_resolution(Shared(grid.clone())),
+            Subject::Volume(grid) => Ok((self.unless_resolution(Shared(grid.clone()))?, json!([grid.range(), grid.missing()]))),
             Subject::Mesh(mesh, _) => {
                 let tree = regularized(&self.mesh, &subject, &self.octree.params())?;
                 let texture = OctreeTexture::encode(&tree)?;
                 let longest = self.resolution.unwrap_or_else(|| OctreeVolume::finest(&texture, &**mesh));
-                Ok(Box::new(OctreeVolume::new(texture, &**mesh, subject.array().to_owned(), longest)))
+                let volume = OctreeVolume::new(texture, &**mesh, subject.array().to_owned(), longest);
+                Ok((Box::new(volume), json!(subject.range())))
             }
         }
     }
@@ -121,14 +124,15 @@ impl BricksCommand {
     }
 
     /// What tells one source from another.
-    fn fingerprint(&self, source: &dyn VoxelSource) -> Result<Value> {
+    fn fingerprint(&self, source: &dyn VoxelSource, values: &Value) -> Result<Value> {
         let path = self.mesh.mesh.as_deref();
         let file = path.map(|path| file_state(path).with_context(|| path.display().to_string())).transpose()?;
         let frame = source.frame();
         Ok(json!({
             "file": path.and_then(Path::file_name).map(|name| name.to_string_lossy()), "state": file, "name": source.name(),
             "dims": frame.dims, "origin": frame.origin.to_array(), "steps": frame.steps.to_cols_array(),
-            "octree": format!("{:?}", self.octree.params()), "segy": self.volume.segy.options(),
+            "values": values, "octree": format!("{:?}", self.octree.params()), "layout": format!("{:?}", self.volume),
+            "component": format!("{:?}", self.mesh.component), "solution": self.mesh.solution, "steps": format!("{:?}", self.mesh.steps),
         }))
     }
 }

@@ -3,11 +3,11 @@
 use super::args::{check_outputs_beside, parse_bytes};
 use super::long_work::with_bar;
 use super::transfer::TransferArgs;
-use crate::bricks::{BrickSource, Interpolation, Slice, SliceFrame, SlicePlane, Store};
+use crate::bricks::{BrickSource, Interpolation, Slice, SliceFrame, Store};
 use crate::image::{Background, Image, write_png, write_values_npy};
 use crate::optics::Classifier;
 use crate::view::{Plane, PlaneUse, TransferFunction};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -67,6 +67,11 @@ impl SliceCommand {
         if !matches!(suffix.as_str(), "png" | "npy") {
             bail!("{}: expected the suffix .png or .npy", self.output.display());
         }
+        let changes = &self.transfer.changes;
+        let is_of_opacity = self.transfer.opacity_scale != 1.0 || changes.unit_distance.is_some() || changes.threshold.is_some();
+        ensure!(!is_of_opacity, "a slice is opaque: --opacity-scale, --unit-distance and --threshold have no effect on it");
+        let is_of_color = self.background.is_some() || !self.transfer.flags().is_empty();
+        ensure!(suffix == "png" || !is_of_color, "values have no colours: --background, --tf, --range and the like go with a .png");
         let tf = self.transfer.read(None)?;
         let store = Store::open(&self.store)?;
         let levels = store.pyramid().levels();
@@ -111,15 +116,12 @@ impl SliceCommand {
             });
         }
         let Some(plane) = self.plane else { bail!("one of --voxel and --plane is needed") };
-        let steps = store.frame().steps;
-        let point = steps.inverse() * (plane.point - store.frame().origin);
-        let plane = SlicePlane::new(point, steps.transpose() * plane.normal).context("--plane: is none in this volume")?;
-        let up = steps.transpose() * DVec3::Z;
         let longest = self.size.unwrap_or_else(|| {
             let diagonal = DVec3::from(dims.map(f64::from)).length();
             (diagonal as u32).clamp(1, LONGEST)
         });
-        SliceFrame::oblique(dims, &plane, up, longest).with_context(|| format!("--plane: misses {}", self.store.display()))
+        SliceFrame::oblique(store.frame(), plane.point, plane.normal, DVec3::Z, longest)
+            .with_context(|| format!("--plane: misses {}", self.store.display()))
     }
 }
 

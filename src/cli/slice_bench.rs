@@ -34,7 +34,7 @@ pub struct SliceBenchArgs {
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Write the motions that are made up as traces into this folder, instead of replaying them
-    #[arg(long, value_name = "FOLDER", requires = "synthetic", help_heading = "Output")]
+    #[arg(long, value_name = "FOLDER", requires = "synthetic", conflicts_with = "json", help_heading = "Output")]
     record: Option<PathBuf>,
     /// The tables of --slices and --synthetic as numbers; - for the terminal
     #[arg(long, value_name = "OUT.json", help_heading = "Output")]
@@ -114,6 +114,7 @@ impl SliceBenchArgs {
 
     /// A recorded trace, at the finest level whose frames have as many bricks as the paper's cache.
     fn trace(&self, path: &Path, report: &mut Report) -> Result<()> {
+        ensure!(self.frames.is_none() && self.seed.is_none(), "--frames and --seed are for motions that are made up");
         let trace = Trace::read(path).with_context(|| path.display().to_string())?;
         let demand = recorded_demand(&trace, PAPER_CACHE);
         self.policies(&[demand], size_of::<f32>(), report)
@@ -179,8 +180,9 @@ impl SliceBenchArgs {
             progress.begin("policies", (demands.len() * RATIOS.len() * 6) as u64);
             let mut rows = Vec::new();
             for demand in demands {
-                for ratio in RATIOS {
-                    let capacity = (demand.frame_set() as f64 * ratio) as usize;
+                let mut capacities = RATIOS.map(|ratio| ((demand.frame_set() as f64 * ratio) as usize).max(1)).to_vec();
+                capacities.dedup();
+                for capacity in capacities {
                     rows.extend(try_policies(demand, capacity, Pinning::Pinned, voxel_bytes, progress)?);
                 }
             }

@@ -13,7 +13,7 @@ use crate::session::Source;
 use crate::study::ErrorSampling;
 use crate::view::{RendererKind, TransferFunction};
 use anyhow::{Context, Result, ensure};
-use clap::Args;
+use clap::{Args, Parser};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -94,6 +94,24 @@ impl ViewCommand {
     fn run_store(&self, path: &Path) -> Result<()> {
         ensure!(self.compare_with.is_none(), "{}: a store of bricks is compared with nothing", path.display());
         ensure!(self.stats.is_none(), "{}: there are no --stats of the window for a store of bricks", path.display());
+        ensure!(self.mesh.more.is_empty(), "{}: a store of bricks is opened alone", path.display());
+        ensure!(self.session.file().is_none(), "{}: a store of bricks has no session", path.display());
+        let plain = super::Cli::parse_from(["octetra"]).view;
+        let changes = &self.view.transfer.changes;
+        let is_plain = self.view.settings() == plain.view.settings()
+            && self.octree.params() == plain.octree.params()
+            && self.view.camera.is_none()
+            && self.mesh.array.is_none()
+            && self.mesh.solution.is_none()
+            && self.volume.flags().is_empty()
+            && self.view.transfer.opacity_scale == 1.0
+            && changes.threshold.is_none()
+            && changes.unit_distance.is_none();
+        ensure!(
+            is_plain,
+            "{}: of a store of bricks slices are shown; what has an effect on them is --memory, --tf, --range, --scale and --discrete",
+            path.display()
+        );
         let store = Store::open(path)?;
         let transfer_function = Some(self.view.transfer.read(None)?).filter(|tf| *tf != TransferFunction::standard());
         store::run_store(StoreOptions {

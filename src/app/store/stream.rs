@@ -53,8 +53,8 @@ pub struct Progress {
 }
 
 impl Stream {
-    /// With nothing loaded. `memory_bytes` and `device_bytes` are the most that bricks may take; what is drawn is told to `arrival`, from any
-    /// thread, when a brick has come.
+    /// With nothing loaded. `memory_bytes` and `device_bytes` are the most that bricks may take; `arrival` is called, from any thread, when a
+    /// brick has come.
     pub fn new(
         context: Context,
         source: Arc<dyn BrickSource>,
@@ -111,7 +111,7 @@ impl Stream {
     }
 
     /// Takes note of what the pictures show and where the slices are, and copies what has come to the device, up to a number of bytes. While
-    /// something moves nothing is asked of the disk. Reads nothing itself, and waits for nothing.
+    /// something moves only what lies ahead of it is asked of the disk. Reads nothing itself, and waits for nothing.
     pub fn update(&mut self, seen: &[SeenSlice], slices: &SliceSet, is_moving: bool, pointed: Option<BrickKey>) {
         let levels = self.source.pyramid().levels();
         self.cache.stage(if is_moving { Stage::Interaction } else { Stage::Refinement });
@@ -216,16 +216,20 @@ impl Stream {
     /// Values that the middle part of all lies between, of those of a coarse level: so much is left out at either end. `None` before that
     /// level has come, or where all is missing.
     pub fn quantiles(&self, share: f64) -> Option<[f64; 2]> {
-        const STEP: usize = 37;
+        /// So many values tell where the ends are.
+        const ENOUGH: u64 = 1_000_000;
         let pyramid = self.source.pyramid();
+        let level = self.cache.resident_level();
+        let voxels: u64 = pyramid.dims(level).iter().map(|&n| u64::from(n)).product();
+        let step = (voxels / ENOUGH).max(1) as usize | 1;
+        let edge = crate::bricks::BRICK_EDGE;
         let mut values = Vec::new();
-        for key in kept_bricks(pyramid, self.cache.resident_level()).into_iter().filter(|key| key.level == self.cache.resident_level()) {
+        for key in kept_bricks(pyramid, level).into_iter().filter(|key| key.level == level) {
             let brick = self.cache.get(key)?;
-            brick.samples.each(0..brick.samples.len(), STEP, |value| {
-                if value.is_finite() {
-                    values.push(value);
-                }
-            });
+            // What is repeated beyond the end of the volume does not count.
+            let [x, y, z] = pyramid.voxels(key).map(|range| range.len() as u32);
+            let inside = (0..z).flat_map(|z| (0..y).flat_map(move |y| (0..x).map(move |x| (x + edge * (y + edge * z)) as usize)));
+            values.extend(inside.step_by(step).map(|i| brick.samples.get(i)).filter(|value| value.is_finite()));
         }
         if values.is_empty() {
             return None;

@@ -76,6 +76,8 @@ pub struct StoreWindow {
     /// The picture that has all the room.
     pub(super) maximised: Option<usize>,
     before: Option<Moving>,
+    /// The slice that has moved since the frame before.
+    moving: Option<usize>,
     moved: Instant,
     problem: Option<String>,
     frames: Spread,
@@ -134,6 +136,7 @@ impl StoreWindow {
             views: Default::default(),
             maximised: None,
             before: None,
+            moving: None,
             moved: Instant::now(),
             problem: None,
             frames: Spread::default(),
@@ -346,18 +349,16 @@ impl StoreWindow {
     fn slice_set(&self) -> SliceSet {
         let dims = self.source.frame().dims;
         let planes: Vec<_> = self.cuts.iter().map(|cut| cut.plane(dims)).collect();
-        let is_dragged = |i: &usize| Some(*i) == self.play.playing || self.drag_is_of(*i);
-        SliceSet { moving: (0..planes.len()).find(is_dragged), planes }
-    }
-
-    fn drag_is_of(&self, number: usize) -> bool {
-        self.is_moving() && self.selected == number
+        SliceSet { moving: self.moving, planes }
     }
 
     /// Takes note of the time if something has changed.
     fn note_motion(&mut self, rect: Rect) {
         let flats = [0, 1, 2].map(|i| (self.flats[i].cut, self.flats[i].view));
         let now = Moving { cuts: self.cuts.clone(), camera: self.camera, flats, stretch: self.stretch, rect };
+        let is_another = |before: &Cut, now: &Cut| (before.normal, before.position) != (now.normal, now.position);
+        let before = self.before.as_ref().map_or(&[][..], |before| &before.cuts[..]);
+        self.moving = before.iter().zip(&now.cuts).position(|(before, now)| is_another(before, now));
         if self.before.as_ref() != Some(&now) {
             self.before = Some(now);
             self.moved = Instant::now();

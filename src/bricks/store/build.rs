@@ -5,25 +5,27 @@
 //! a build that was stopped, in whatever way, goes on where it was, and ends in the same bytes.
 
 use super::block::Block;
-use super::folder::Folder;
+use super::folder::{Folder, UNFINISHED};
 use super::layout::{Info, STATISTICS, level_array, statistics_array};
 use super::voxel::StoredVoxel;
-use super::{BUILD, ROOT, StoreError};
+use super::{BUILD, ROOT, StoreError, check_volume};
 use crate::bricks::{BRICK_EDGE, BrickKey, Pyramid};
 use crate::progress::Progress;
 use crate::volume::{VoxelSource, VoxelType};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use std::fs;
+use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use zarrs::array::{Array, ArrayMetadataOptions, CodecOptions};
 use zarrs::storage::{Bytes, ReadableWritableStorageTraits, StoreKey, WritableStorageTraits};
 
-/// The widest shard, in bricks a side: 64 MiB of f32.
-const WIDEST_SHARD: u32 = 4;
+/// How wide shards may be, in bricks a side, the widest first: 64 MiB of f32.
+pub const SHARD_BRICKS: [u32; 3] = [4, 2, 1];
+/// The file that is locked by who writes a store.
+const LOCK: &str = "octetra-build.lock";
 /// Shards in memory beside one a level: what is read, padded and compressed.
 const SHARDS_BESIDE: u64 = 4;
 
@@ -52,10 +54,13 @@ pub struct Built {
 }
 
 /// What is being written.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Begun {
     info: Info,
     source: Value,
+    /// What was there before is being removed, and none of it counts.
+    #[serde(default)]
+    removing: bool,
 }
 
 /// Writes the bricks of a volume to a folder, or goes on writing them.
@@ -72,14 +77,10 @@ pub fn build(source: &dyn VoxelSource, path: &Path, options: &BuildOptions, prog
     }
 }
 
-/// Bricks a side of the widest shards whose writing fits into a budget.
-fn shard_bricks(pyramid: &Pyramid, voxel_bytes: usize, budget_bytes: u64) -> Result<u32, StoreError> {
-    let need = |bricks: u32| {
-        let shard = u64::from(bricks * BRICK_EDGE).pow(3) * voxel_bytes as u64;
-        shard * (u64::from(pyramid.levels()) + SHARDS_BESIDE)
-    };
-    let fitting = [WIDEST_SHARD, 2, 1].into_iter().find(|&bricks| need(bricks) <= budget_bytes);
-    fitting.ok_or(StoreError::Memory { need: need(1), budget: budget_bytes })
+/// Bytes of memory that writing takes with shards of so many bricks a side.
+fn need(pyramid: &Pyramid, voxel_bytes: usize, shard_bricks: u32) -> u64 {
+    let shard = u64::from(shard_bricks * BRICK_EDGE).pow(3) * voxel_bytes as u64;
+    shard * (u64::from(pyramid.levels()) + SHARDS_BESIDE)
 }
 
 type Files = dyn ReadableWritableStorageTraits;
@@ -93,6 +94,8 @@ struct Builder<'a, T> {
     levels: Vec<(Array<Files>, Array<Files>)>,
     written: u64,
     kept: u64,
+    /// Held as long as this store is written.
+    lock: File,
     voxels: std::marker::PhantomData<T>,
 }
 
@@ -106,31 +109,65 @@ impl<'a, T: StoredVoxel> Builder<'a, T> {
     /// Opens what was begun, or begins.
     fn begin(source: &'a dyn VoxelSource, path: &'a Path, options: &BuildOptions) -> Result<Self, StoreError> {
         let failed = |error: &dyn std::fmt::Display| StoreError::Failed { path: path.to_owned(), what: error.to_string() };
+        check_volume(source.frame()).map_err(|error| failed(&error))?;
         let pyramid = Pyramid::new(source.frame().dims);
-        let shard = shard_bricks(&pyramid, size_of::<T>(), options.budget_bytes)?;
-        let mut info = Info::new(source.frame(), source.name(), source.voxel_type(), shard);
-        let found = Found::at(path)?;
-        if options.overwrite {
-            found.remove(path).map_err(|error| failed(&error))?;
-        } else if matches!(found, Found::Whole | Found::Foreign) {
-            return Err(StoreError::Exists(path.to_owned()));
-        } else if let Found::Begun(begun) = found {
-            // The budget may be another now; the shards are what they were.
-            info.shard_bricks = begun.info.shard_bricks;
-            if info != begun.info {
-                return Err(StoreError::Other {
-                    path: path.to_owned(),
-                    what: format!("{} of {:?} voxels", begun.info.name, begun.info.dims),
-                });
-            } else if options.source != begun.source {
-                return Err(StoreError::Other { path: path.to_owned(), what: begun.source.to_string() });
-            }
+        let need = |bricks: u32| need(&pyramid, size_of::<T>(), bricks);
+        let too_small = |need: u64| StoreError::Memory { need, budget: options.budget_bytes };
+        let widest = SHARD_BRICKS.into_iter().find(|&bricks| need(bricks) <= options.budget_bytes).ok_or_else(|| too_small(need(1)))?;
+        let mut begun = Begun {
+            info: Info::new(source.frame(), source.name(), source.voxel_type(), widest),
+            source: options.source.clone(),
+            removing: false,
+        };
+        if let Found::Foreign = Found::at(path)? {
+            return Err(StoreError::Foreign(path.to_owned()));
         }
         fs::create_dir_all(path).map_err(|error| failed(&error))?;
+        let lock = File::create(path.join(LOCK)).map_err(|error| failed(&error))?;
+        // Where files cannot be locked, nobody is kept out.
+        if let Err(TryLockError::WouldBlock) = lock.try_lock() {
+            return Err(StoreError::Busy(path.to_owned()));
+        }
         let storage = Arc::new(Folder::new(path).map_err(|error| failed(&error))?);
-        let begun = Begun { info: info.clone(), source: options.source.clone() };
-        let text = serde_json::to_vec_pretty(&begun).map_err(|error| failed(&error))?;
-        storage.set(&key(BUILD), Bytes::from(text)).map_err(|error| failed(&error))?;
+        let write = |begun: &Begun| {
+            let text = serde_json::to_vec_pretty(begun).map_err(|error| failed(&error))?;
+            storage.set(&key(BUILD), Bytes::from(text)).map_err(|error| failed(&error))
+        };
+        let is_kept = match Found::at(path)? {
+            Found::Nothing => true,
+            Found::Foreign => return Err(StoreError::Foreign(path.to_owned())),
+            Found::Whole if options.overwrite => false,
+            Found::Whole => {
+                // A run that was killed between its last two steps leaves this.
+                let _ = fs::remove_file(path.join(BUILD)).and_then(|()| fs::remove_file(path.join(LOCK)));
+                return Err(StoreError::Exists(path.to_owned()));
+            }
+            Found::Begun(found) if found.removing => false,
+            Found::Begun(found) => {
+                // The budget may be another now; the shards are what they were.
+                begun.info.shard_bricks = found.info.shard_bricks;
+                let differs = match () {
+                    _ if begun.info != found.info => Some(format!("{} of {:?} voxels", found.info.name, found.info.dims)),
+                    _ if begun.source != found.source => Some(found.source.to_string()),
+                    _ => None,
+                };
+                match differs {
+                    Some(what) if !options.overwrite => return Err(StoreError::Other { path: path.to_owned(), what }),
+                    Some(_) => {
+                        begun.info.shard_bricks = widest;
+                        false
+                    }
+                    None if need(begun.info.shard_bricks) > options.budget_bytes => return Err(too_small(need(begun.info.shard_bricks))),
+                    None => true,
+                }
+            }
+        };
+        if !is_kept {
+            write(&Begun { info: begun.info.clone(), source: Value::Null, removing: true })?;
+            remove(path).map_err(|error| failed(&error))?;
+        }
+        write(&begun)?;
+        let Begun { info, .. } = begun;
         let files: Arc<Files> = storage.clone();
         let mut levels = Vec::new();
         for level in 0..pyramid.levels() {
@@ -142,7 +179,7 @@ impl<'a, T: StoredVoxel> Builder<'a, T> {
         }
         let group = json!({"zarr_format": 3, "node_type": "group", "attributes": {}});
         storage.set(&key("statistics/zarr.json"), Bytes::from(group.to_string())).map_err(|error| failed(&error))?;
-        Ok(Builder { source, path, storage, info, pyramid, levels, written: 0, kept: 0, voxels: std::marker::PhantomData })
+        Ok(Builder { source, path, storage, info, pyramid, levels, written: 0, kept: 0, lock, voxels: std::marker::PhantomData })
     }
 
     fn run(mut self, progress: &Progress) -> Result<Built, StoreError> {
@@ -159,6 +196,8 @@ impl<'a, T: StoredVoxel> Builder<'a, T> {
         let root = serde_json::to_vec_pretty(&root).map_err(|error| self.failed(error))?;
         self.storage.set(&key(ROOT), Bytes::from(root)).map_err(|error| self.failed(error))?;
         self.storage.erase(&key(BUILD)).map_err(|error| self.failed(error))?;
+        let _ = self.lock.unlock();
+        let _ = fs::remove_file(self.path.join(LOCK));
         let bytes = bytes_below(self.path).map_err(|error| self.failed(error))?;
         Ok(Built { info: self.info, written: self.written, kept: self.kept, bytes })
     }
@@ -271,9 +310,10 @@ impl<'a, T: StoredVoxel> Builder<'a, T> {
     fn write(&self, level: u8, at: [u32; 3], cube: Block<T>, known: &[f64]) -> Result<(), StoreError> {
         let (voxels, statistics) = &self.levels[usize::from(level)];
         let place: Vec<u64> = at.iter().rev().map(|&at| u64::from(at)).collect();
-        voxels.store_chunk(&place, cube.voxels).map_err(|error| self.failed(error))?;
-        let of_statistics: Vec<u64> = place.iter().copied().chain([0]).collect();
+        // What is missing is damage, not emptiness.
         let always = CodecOptions::default().with_store_empty_chunks(true);
+        voxels.store_chunk_opt(&place, cube.voxels, &always).map_err(|error| self.failed(error))?;
+        let of_statistics: Vec<u64> = place.iter().copied().chain([0]).collect();
         statistics.store_chunk_opt(&of_statistics, known, &always).map_err(|error| self.failed(error))
     }
 }
@@ -289,31 +329,48 @@ enum Found {
 impl Found {
     fn at(path: &Path) -> Result<Self, StoreError> {
         let failed = |error: io::Error| StoreError::Failed { path: path.to_owned(), what: error.to_string() };
-        if path.is_dir() && path.join(ROOT).is_file() {
-            let is_ours = super::Store::open(path).is_ok();
-            return Ok(if is_ours { Found::Whole } else { Found::Foreign });
-        }
         if !path.is_dir() {
             return Ok(if path.exists() { Found::Foreign } else { Found::Nothing });
         }
-        match fs::read(path.join(BUILD)) {
-            Ok(text) => Ok(serde_json::from_slice(&text).map_or(Found::Foreign, |begun| Found::Begun(Box::new(begun)))),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                let is_empty = fs::read_dir(path).map_err(failed)?.next().is_none();
-                Ok(if is_empty { Found::Nothing } else { Found::Foreign })
-            }
+        let read = |name: &str| match fs::read(path.join(name)) {
+            Ok(text) => Ok(Some(serde_json::from_slice::<Value>(&text).unwrap_or_default())),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(failed(error)),
+        };
+        let begun = read(BUILD)?.map(|value| serde_json::from_value::<Begun>(value).ok());
+        if let Some(Some(begun)) = &begun
+            && begun.removing
+        {
+            return Ok(Found::Begun(Box::new(begun.clone())));
+        }
+        if let Some(root) = read(ROOT)? {
+            return Ok(if root.pointer("/attributes/octetra").is_some() { Found::Whole } else { Found::Foreign });
+        }
+        match begun {
+            Some(Some(begun)) if SHARD_BRICKS.contains(&begun.info.shard_bricks) => Ok(Found::Begun(Box::new(begun))),
+            Some(_) => Ok(Found::Foreign),
+            None => {
+                // What a run leaves that was killed before it wrote anything.
+                let leavings = [LOCK.to_owned(), format!("{BUILD}{UNFINISHED}")];
+                let names: io::Result<Vec<_>> = fs::read_dir(path).map_err(failed)?.map(|entry| Ok(entry?.file_name())).collect();
+                let is_ours = names.map_err(failed)?.iter().all(|name| leavings.iter().any(|leaving| *name == **leaving));
+                Ok(if is_ours { Found::Nothing } else { Found::Foreign })
+            }
         }
     }
+}
 
-    /// Removes a store of ours; what is not one stays.
-    fn remove(&self, path: &Path) -> io::Result<()> {
-        match self {
-            Found::Nothing => Ok(()),
-            Found::Begun(_) | Found::Whole => fs::remove_dir_all(path),
-            Found::Foreign => Err(io::Error::other("is there already and is no store of octetra's, so it is not overwritten")),
-        }
+/// Removes a store, and nothing that is not its own. That it is being removed has been written before.
+fn remove(path: &Path) -> io::Result<()> {
+    let gone = |result: io::Result<()>| match result {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        other => other,
+    };
+    gone(fs::remove_file(path.join(ROOT)))?;
+    for folder in std::iter::once("statistics".to_owned()).chain((0..=32).map(|level| level.to_string())) {
+        gone(fs::remove_dir_all(path.join(folder)))?;
     }
+    Ok(())
 }
 
 #[expect(clippy::expect_used, reason = "the names are constants")]

@@ -11,9 +11,10 @@ use zarrs::storage::{
 };
 
 /// What the name of a file that is being written ends with.
-const UNFINISHED: &str = ".unfinished";
+pub const UNFINISHED: &str = ".unfinished";
 
-/// Files of a folder. Each is written beside its place, and moved there when it is whole and on the disk.
+/// Files of a folder. Each is written beside its place, and moved there when it is whole and on the disk; one that is written before
+/// another is there before it.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
@@ -62,6 +63,10 @@ impl WritableStorageTraits for Folder {
         file.sync_data()?;
         drop(file);
         fs::rename(&unfinished, &path)?;
+        #[cfg(unix)]
+        if let Some(folder) = path.parent() {
+            File::open(folder)?.sync_all()?;
+        }
         Ok(())
     }
 

@@ -83,12 +83,12 @@ impl Info {
     }
 
     /// The attributes of the root. Other programs find the levels, their scale and place by OME-NGFF 0.5, for volumes along the world's axes; of
-    /// others they find the lengths of the steps.
+    /// others they find the lengths of the steps, from 0.
     pub fn root_attributes(&self) -> Value {
         let frame = self.frame();
         let spacing = frame.spacing();
-        let is_along_axes = frame.steps == DMat3::from_diagonal(frame.steps.to_cols_array_2d().map(DVec3::from).into_iter().sum());
-        let origin = if is_along_axes && frame.steps.determinant() > 0.0 { frame.origin } else { DVec3::ZERO };
+        let is_along_axes = frame.steps == DMat3::from_diagonal(spacing);
+        let origin = if is_along_axes { frame.origin } else { DVec3::ZERO };
         let backwards = |v: DVec3| json!([v.z, v.y, v.x]);
         let dataset = |level: u8| {
             let size = f64::from(level).exp2();

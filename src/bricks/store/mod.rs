@@ -25,6 +25,8 @@ use zarrs::storage::{ReadableStorageTraits, StoreKey};
 const ROOT: &str = "zarr.json";
 /// The file that says what is being written.
 const BUILD: &str = "octetra-build.json";
+/// Most bricks of the finest level: 4 million million voxels.
+const MOST_BRICKS: u64 = 1 << 24;
 
 /// Why a store cannot be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -51,6 +53,12 @@ pub enum StoreError {
     /// Something is there that would be lost.
     #[error("{}: exists already; --overwrite replaces a store", .0.display())]
     Exists(PathBuf),
+    /// Something that is not octetra's is there.
+    #[error("{}: is there already and is no store of octetra's, so it is not overwritten", .0.display())]
+    Foreign(PathBuf),
+    /// Somebody else writes it.
+    #[error("{}: is being written by another octetra", .0.display())]
+    Busy(PathBuf),
     /// It was begun with something else.
     #[error("{}: was begun from another source or with other settings ({what}); --overwrite begins anew", path.display())]
     Other {
@@ -76,6 +84,15 @@ pub enum StoreError {
 }
 
 type Storage = dyn ReadableStorageTraits;
+
+/// `Err` says why a volume cannot have a store.
+fn check_volume(frame: &GridFrame) -> Result<(), String> {
+    frame.validate().map_err(|error| format!("the volume {error}"))?;
+    match Pyramid::new(frame.dims).brick_count(0) {
+        0..=MOST_BRICKS => Ok(()),
+        bricks => Err(format!("the volume takes {bricks} bricks, at most {MOST_BRICKS} are possible")),
+    }
+}
 
 /// One level: its voxels and what is known of its bricks.
 struct Level {
@@ -130,21 +147,25 @@ impl Store {
             return Err(foreign(format!("its version is {}, this octetra reads {VERSION}", info.version)));
         }
         let frame = info.frame();
-        frame.validate().map_err(|error| foreign(format!("{ROOT}: the volume {error}")))?;
+        check_volume(&frame).map_err(|error| foreign(format!("{ROOT}: {error}")))?;
         let voxel_type = info.voxel_type().ok_or_else(|| foreign(format!("{ROOT}: voxels of type {}", info.voxel_type)))?;
-        if !matches!(info.shard_bricks, 1..=64) {
+        if !build::SHARD_BRICKS.contains(&info.shard_bricks) {
             return Err(foreign(format!("{ROOT}: shards of {} bricks a side", info.shard_bricks)));
         }
         let pyramid = info.pyramid();
         let storage: Arc<Storage> = storage;
         let mut levels = Vec::new();
         for level in 0..pyramid.levels() {
-            let voxels = Array::open(storage.clone(), &format!("/{level}")).map_err(|error| failed(format!("level {level}: {error}")))?;
-            let expected = level_array(storage.clone(), &info, voxel_type, level).map_err(|error| failed(error.to_string()))?;
-            if voxels.shape() != expected.shape() || voxels.data_type() != expected.data_type() {
-                return Err(failed(format!("level {level} is of shape {:?}, expected {:?}", voxels.shape(), expected.shape())));
-            }
+            // What the level's own metadata say is for others: this is how it was written.
+            let voxels = level_array(storage.clone(), &info, voxel_type, level).map_err(|error| failed(error.to_string()))?;
             let statistics = statistics_array(storage.clone(), &info, level).map_err(|error| failed(error.to_string()))?;
+            let shards = pyramid.bricks(level).map(|n| u64::from(n.div_ceil(info.shard_bricks)));
+            for place in (0..shards[2]).flat_map(|z| (0..shards[1]).flat_map(move |y| (0..shards[0]).map(move |x| [z, y, x, 0]))) {
+                let key = statistics.chunk_key(&place);
+                if storage.size_key(&key).map_err(|error| failed(error.to_string()))?.is_none() {
+                    return Err(failed(format!("{key} is missing")));
+                }
+            }
             let statistics: Vec<f64> = statistics
                 .retrieve_array_subset(&statistics.subset_all())
                 .map_err(|error| failed(format!("statistics of level {level}: {error}")))?;
@@ -174,6 +195,12 @@ impl Store {
         let at: Vec<u64> = key.at.iter().rev().map(|&at| u64::from(at)).collect();
         // One brick is decoded by one thread: there are others for others.
         let options = CodecOptions::default().with_concurrent_target(1);
+        // A shard that is not there would be read as one of which nothing is known.
+        let shard: Vec<u64> = at.iter().map(|&at| at / u64::from(self.info.shard_bricks)).collect();
+        let file = level.voxels.chunk_key(&shard);
+        if level.voxels.storage().size_key(&file).map_err(|error| error.to_string())?.is_none() {
+            return Err(format!("{file} is missing"));
+        }
         let voxels: Vec<T> = level.voxels.retrieve_subchunk_opt(&level.shards, &at, &options).map_err(|error| error.to_string())?;
         let expected = (BRICK_EDGE as usize).pow(3);
         if voxels.len() == expected { Ok(T::samples(voxels)) } else { Err(format!("{} voxels, expected {expected}", voxels.len())) }
@@ -414,15 +441,63 @@ mod tests {
         let foreign = folder.path().join("foreign");
         std::fs::create_dir(&foreign).expect("made");
         std::fs::write(foreign.join("letter.txt"), "dear").expect("written");
-        assert!(matches!(build(&small, &foreign, &options(), &progress), Err(StoreError::Exists(_))));
-        assert!(build(&small, &foreign, &BuildOptions { overwrite: true, ..options() }, &progress).is_err());
+        for overwrite in [false, true] {
+            let options = BuildOptions { overwrite, ..options() };
+            assert!(matches!(build(&small, &foreign, &options, &progress), Err(StoreError::Foreign(_))));
+        }
         assert!(foreign.join("letter.txt").is_file());
         assert!(matches!(Store::open(&foreign), Err(StoreError::NotAStore { .. })));
         std::fs::write(foreign.join(ROOT), "{\"zarr_format\": 3}").expect("written");
         assert!(Store::open(&foreign).expect_err("not ours").to_string().ends_with("zarr.json does not name octetra"));
         assert!(Store::open(&folder.path().join("missing")).is_err());
 
+        // What is not octetra's stays, even where a store is replaced; a removal that was stopped is ended.
+        std::fs::write(path.join("notes.txt"), "mine").expect("written");
+        let replace = BuildOptions { overwrite: true, ..options() };
+        build(&grid([3, 3, 2], |_| 1.0), &path, &replace, &progress).expect("replaced");
+        assert_eq!(Store::open(&path).expect("whole").pyramid().dims(0), [3, 3, 2]);
+        let text = std::fs::read_to_string(begun.join(BUILD)).expect("begun").replace("\"removing\": false", "\"removing\": true");
+        assert!(text.contains("\"removing\": true"), "{text}");
+        std::fs::remove_file(path.join(ROOT)).expect("there");
+        std::fs::write(path.join(BUILD), text).expect("written");
+        build(&small, &path, &options(), &progress).expect("begun anew");
+        assert_eq!(Store::open(&path).expect("whole").pyramid().dims(0), [3, 2, 2]);
+        assert!(path.join("notes.txt").is_file() && !path.join(BUILD).exists() && !path.join("octetra-build.lock").exists());
+
+        // Two at once.
+        let held = std::fs::File::create(begun.join("octetra-build.lock")).expect("a file");
+        held.lock().expect("locked");
+        assert!(matches!(build(&small, &begun, &options(), &progress), Err(StoreError::Busy(_))));
+        held.unlock().expect("free");
+
+        // A run that was killed as it began; the same command goes on with what was begun even if it may overwrite.
+        let killed = folder.path().join("killed.zarr");
+        std::fs::create_dir(&killed).expect("made");
+        std::fs::write(killed.join("octetra-build.json.unfinished"), "{").expect("written");
+        build(&small, &killed, &options(), &progress).expect("built");
+        let long = waves([150, 140, 130]);
+        let few = BuildOptions { budget_bytes: 20 << 20, ..replace };
+        let going = folder.path().join("going.zarr");
+        assert!(build(&Failing(&long, AtomicU64::new(5)), &going, &few, &progress).is_err());
+        assert!(build(&long, &going, &few, &progress).expect("built").kept > 0);
+        let tiny = BuildOptions { budget_bytes: 8 << 20, ..options() };
+        let wide = folder.path().join("wide.zarr");
+        assert!(build(&Failing(&small, AtomicU64::new(0)), &wide, &options(), &progress).is_err());
+        assert!(matches!(build(&small, &wide, &tiny, &progress), Err(StoreError::Memory { .. })));
+
         // Damage.
+        let lost = folder.path().join("lost.zarr");
+        build(&small, &lost, &options(), &progress).expect("built");
+        std::fs::remove_file(lost.join("0/c/0/0/0")).expect("there");
+        let error =
+            Store::open(&lost).expect("the metadata are whole").load(BrickKey { level: 0, at: [0; 3] }).expect_err("lost").to_string();
+        assert!(error.ends_with("level 0, brick [0, 0, 0]: 0/c/0/0/0 is missing"), "{error}");
+        std::fs::remove_file(lost.join("statistics/0/c/0/0/0/0")).expect("there");
+        assert!(Store::open(&lost).expect_err("lost").to_string().ends_with("statistics/0/c/0/0/0/0 is missing"));
+        let hostile =
+            std::fs::read_to_string(killed.join(ROOT)).expect("read").replacen("\"shard_bricks\": 4", "\"shard_bricks\": 4000", 1);
+        std::fs::write(killed.join(ROOT), hostile).expect("written");
+        assert!(matches!(Store::open(&killed), Err(StoreError::NotAStore { .. })));
         let shard = path.join("0/c/0/0/0");
         let bytes = std::fs::read(&shard).expect("a shard");
         std::fs::write(&shard, &bytes[..bytes.len() / 2]).expect("written");
