@@ -18,8 +18,9 @@ use std::time::{Duration, Instant};
 /// [`BrickCache::request`] which bricks it wants, draws what [`BrickCache::get`] and [`BrickCache::best`] have, and is told through
 /// [`BrickCache::on_arrival`] that there is more. None of these ever reads anything or waits for what does.
 ///
-/// The bricks of the current frame, and those that a caller still holds, are not evicted. Bricks that are being loaded count as if they
-/// were there already: the budget is never exceeded.
+/// What the current frame requested, and what a caller still holds, is not evicted; what it has only drawn, or what was loaded ahead, leaves
+/// for what it requested where nothing else can. Bricks that are being loaded count as if they were there already: the budget is never
+/// exceeded.
 pub struct BrickCache {
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,

@@ -173,8 +173,13 @@ impl State {
             && let Some(key) = self.queue.pop()
         {
             if self.is_open(key) {
-                if self.make_room() {
+                if self.make_room(false) {
                     return Some(key);
+                }
+                // What is being read and not wanted leaves when it is there; who reads it comes here again.
+                if self.loading.iter().any(|key| !self.pinned.contains(key)) {
+                    self.queue.push(key);
+                    return None;
                 }
                 self.counters.refused += 1;
             }
@@ -182,7 +187,7 @@ impl State {
         while let Some(key) = self.next.pop_front() {
             // What is loaded ahead takes no more than half of what the frame leaves.
             let room = self.capacity.saturating_sub(self.pinned.len()) / 2;
-            if self.is_open(key) && self.fetched.len() < room && self.make_room() {
+            if self.is_open(key) && self.fetched.len() < room && self.make_room(true) {
                 self.fetched.insert(key);
                 self.counters.prefetches += 1;
                 return Some(key);
@@ -195,18 +200,26 @@ impl State {
         !self.resident.contains_key(&key) && !self.loading.contains(&key) && !self.failed.contains(&key)
     }
 
-    /// Whether one more brick fits, after evicting one if need be.
-    fn make_room(&mut self) -> bool {
+    /// Whether one more brick fits, after evicting one if need be. What the frame has used or what was read ahead makes no room for reading
+    /// ahead, and for what is requested only where nothing else does.
+    fn make_room(&mut self, is_ahead: bool) -> bool {
         let State { policy, resident, loading, pinned, fetched, frame, counters, capacity, coarse, .. } = self;
         while resident.len() + loading.len() + coarse.len() >= *capacity {
+            let may_for_request =
+                |key: BrickKey| !pinned.contains(&key) && resident.get(&key).is_some_and(|entry| Arc::strong_count(&entry.brick) == 1);
             let may = |key: BrickKey| {
-                let held =
-                    resident.get(&key).is_none_or(|entry| Arc::strong_count(&entry.brick) > 1 || frame.is_some() && entry.frame == *frame);
-                !held && !pinned.contains(&key) && !fetched.contains(&key)
+                let is_used = || frame.is_some() && resident.get(&key).is_some_and(|entry| entry.frame == *frame);
+                may_for_request(key) && !fetched.contains(&key) && !is_used()
             };
-            let Some(key) = policy.victim(&may) else { return false };
+            let mut victim = policy.victim(&may);
+            if victim.is_none() && !is_ahead {
+                policy.reconsider();
+                victim = policy.victim(&may_for_request);
+            }
+            let Some(key) = victim else { return false };
             policy.remove(key);
             resident.remove(&key);
+            fetched.remove(&key);
             counters.evictions += 1;
         }
         true

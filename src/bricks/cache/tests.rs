@@ -17,8 +17,9 @@ struct Made {
     order: Mutex<Vec<BrickKey>>,
     fails: Option<BrickKey>,
     slow: bool,
-    /// While it is set, readers wait.
+    /// While it is set, readers wait: all, or those of one brick.
     gate: AtomicBool,
+    gated: Option<BrickKey>,
     reads: AtomicUsize,
 }
 
@@ -35,6 +36,7 @@ impl Made {
             fails: None,
             slow: false,
             gate: AtomicBool::new(false),
+            gated: None,
             reads,
         }
     }
@@ -67,7 +69,7 @@ impl BrickSource for Made {
         if self.slow {
             std::thread::sleep(Duration::from_micros(200));
         }
-        while self.gate.load(SeqCst) {
+        while self.gate.load(SeqCst) && self.gated.is_none_or(|gated| gated == key) {
             std::thread::yield_now();
         }
         self.reading.fetch_sub(1, SeqCst);
@@ -87,8 +89,12 @@ fn brick(x: u32, y: u32, z: u32) -> BrickKey {
 }
 
 fn cache(source: &Arc<Made>, bricks: u64, threads: usize, prefetch: bool) -> BrickCache {
+    cache_by(source, bricks, threads, prefetch, Policy::Lru)
+}
+
+fn cache_by(source: &Arc<Made>, bricks: u64, threads: usize, prefetch: bool, policy: Policy) -> BrickCache {
     let options = CacheOptions { budget_bytes: bricks * BRICK, threads, prefetch, ..Default::default() };
-    BrickCache::with_options(source.clone(), options, Policy::Lru.build(&source.pyramid)).expect("a cache")
+    BrickCache::with_options(source.clone(), options, policy.build(&source.pyramid)).expect("a cache")
 }
 
 #[test]
@@ -219,6 +225,86 @@ fn dropping_a_cache_ends_its_threads() {
     cache.request(0, &[(brick(0, 0, 0), 1.0)]);
     drop(cache);
     assert_eq!(Arc::strong_count(&source), 1);
+}
+
+fn until(is_so: impl Fn() -> bool) {
+    let end = Instant::now() + LONG;
+    while !is_so() {
+        assert!(Instant::now() < end);
+        std::thread::yield_now();
+    }
+}
+
+/// A slice across x, seen on its way.
+fn drag(cache: &BrickCache, places: [f64; 2]) {
+    for x in places {
+        cache.follow(&SliceSet { planes: vec![SlicePlane::across(0, x)], moving: Some(0) }, 0);
+    }
+}
+
+fn block(x: u32, count: u32) -> Vec<(BrickKey, f32)> {
+    (0..count).map(|i| (brick(x + i / 64, i / 8 % 8, i % 8), -(i as f32))).collect()
+}
+
+/// The cache holds 60 bricks, 9 of which always stay, so a frame of 51 fits; half of what a frame leaves is read ahead.
+#[test]
+fn what_was_read_ahead_makes_room_for_what_is_requested() {
+    for policy in Policy::ALL {
+        let source = Arc::new(Made::new(512));
+        let cache = cache_by(&source, 60, 2, true, policy);
+        assert!(cache.wait_ready(LONG));
+        cache.stage(Stage::Interaction);
+        drag(&cache, [100.0, 101.0]);
+        until(|| cache.counters().loads == 39);
+        cache.stage(Stage::Refinement);
+        let wanted = block(4, 51);
+        cache.request(0, &wanted);
+        assert!(cache.wait_refined(LONG));
+        assert!(wanted.iter().all(|wanted| cache.is_resident(wanted.0)), "{policy:?}");
+        assert_eq!((cache.counters().refused, cache.resident_bytes()), (0, 60 * BRICK));
+    }
+}
+
+#[test]
+fn what_a_policy_could_not_propose_for_reading_ahead_it_proposes_for_a_request() {
+    for policy in Policy::ALL {
+        let source = Arc::new(Made::new(512));
+        let cache = cache_by(&source, 60, 1, true, policy);
+        assert!(cache.wait_ready(LONG));
+        // All are used by the frame, or were read ahead: the policy is refused them all.
+        cache.request(0, &block(6, 51));
+        assert!(cache.wait_refined(LONG));
+        cache.request(1, &[]);
+        let held: Vec<_> = block(6, 51).iter().filter_map(|wanted| cache.get(wanted.0)).collect();
+        drop(held);
+        drag(&cache, [100.0, 101.0]);
+        let wanted = block(4, 51);
+        cache.request(1, &wanted);
+        assert!(cache.wait_refined(LONG));
+        assert!(wanted.iter().all(|wanted| cache.is_resident(wanted.0)), "{policy:?}: {}", cache.counters().refused);
+    }
+}
+
+#[test]
+fn a_request_waits_for_the_room_of_what_is_being_read() {
+    for policy in Policy::ALL {
+        let source = Arc::new(Made { gate: AtomicBool::new(true), gated: Some(brick(1, 0, 0)), ..Made::new(512) });
+        let cache = cache_by(&source, 60, 2, true, policy);
+        assert!(cache.wait_ready(LONG));
+        cache.stage(Stage::Interaction);
+        drag(&cache, [100.0, 101.0]);
+        until(|| cache.counters().loads == 38);
+        cache.stage(Stage::Refinement);
+        let wanted = block(4, 51);
+        cache.request(0, &wanted);
+        // The last one has no room as long as one that nobody wants is being read.
+        until(|| cache.counters().loads == 88);
+        assert!(!cache.wait_refined(Duration::from_millis(20)) && cache.pending() == 1, "{policy:?}");
+        source.gate.store(false, SeqCst);
+        assert!(cache.wait_refined(LONG));
+        assert!(wanted.iter().all(|wanted| cache.is_resident(wanted.0)), "{policy:?}");
+        assert_eq!(cache.counters().peak_bytes, 60 * BRICK);
+    }
 }
 
 proptest! {

@@ -84,6 +84,10 @@ impl EvictionPolicy for Areas {
         self.areas.iter_mut().for_each(|area| area.frame(slices));
     }
 
+    fn reconsider(&mut self) {
+        self.areas.iter_mut().for_each(|area| area.reconsider());
+    }
+
     fn hit(&mut self, key: BrickKey) {
         let Some(place) = self.places.get_mut(&key) else { return };
         place.frame = self.frame;

@@ -148,14 +148,18 @@ impl EvictionPolicy for Mdfo {
         let step = self.step(slices);
         self.frame += 1;
         self.slices.clone_from(slices);
-        for key in std::mem::take(&mut self.aside) {
-            self.push(key);
-        }
+        self.reconsider();
         if step.is_finite() {
             self.growth += self.params.k_d * step + self.params.k_t;
         } else {
             self.growth = 0.0;
             self.heap = self.used.keys().filter_map(|&key| self.bound(key)).collect();
+        }
+    }
+
+    fn reconsider(&mut self) {
+        for key in std::mem::take(&mut self.aside) {
+            self.push(key);
         }
     }
 

@@ -114,6 +114,10 @@ impl EvictionPolicy for Forecast {
         }
     }
 
+    fn reconsider(&mut self) {
+        self.spent = 0;
+    }
+
     fn hit(&mut self, key: BrickKey) {
         if let Some(&slot) = self.slots.get(&key) {
             self.bricks[slot].1 = self.frame;
@@ -123,6 +127,7 @@ impl EvictionPolicy for Forecast {
     fn insert(&mut self, key: BrickKey) {
         self.slots.insert(key, self.bricks.len());
         self.bricks.push((key, self.frame));
+        self.spent = 0;
     }
 
     fn remove(&mut self, key: BrickKey) {

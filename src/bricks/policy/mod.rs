@@ -24,6 +24,8 @@ pub trait EvictionPolicy: Send + Debug {
     fn name(&self) -> &'static str;
     /// A frame begins, with the slices where they are in it. What [`EvictionPolicy::victim`] was refused may be proposed again.
     fn frame(&mut self, slices: &SliceSet);
+    /// What [`EvictionPolicy::victim`] was refused may be proposed again, within the frame.
+    fn reconsider(&mut self);
     /// A resident brick is used by the current frame.
     fn hit(&mut self, key: BrickKey);
     /// A brick has become resident.
@@ -31,7 +33,7 @@ pub trait EvictionPolicy: Send + Debug {
     /// A brick is resident no more.
     fn remove(&mut self, key: BrickKey);
     /// The resident brick to evict, of those that `may` be evicted; it stays on the books until it is removed. What `may` refuses is not
-    /// asked for again within the frame.
+    /// asked for again within the frame, but for [`EvictionPolicy::reconsider`].
     fn victim(&mut self, may: &dyn Fn(BrickKey) -> bool) -> Option<BrickKey>;
 }
 

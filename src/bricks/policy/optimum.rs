@@ -48,6 +48,10 @@ impl EvictionPolicy for Optimum {
 
     fn frame(&mut self, _: &SliceSet) {
         self.frame += 1;
+        self.reconsider();
+    }
+
+    fn reconsider(&mut self) {
         for key in self.aside.drain(..) {
             if let Some(&next) = self.next.get(&key) {
                 self.order.insert((next, key));

@@ -55,6 +55,10 @@ impl EvictionPolicy for Ordered {
     }
 
     fn frame(&mut self, _: &SliceSet) {
+        self.reconsider();
+    }
+
+    fn reconsider(&mut self) {
         for key in self.aside.drain(..) {
             if let Some(&rank) = self.ranks.get(&key) {
                 self.order.insert((rank, key));
