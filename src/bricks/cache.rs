@@ -150,9 +150,10 @@ impl BrickCache {
         self.shared.lock().counters.clone()
     }
 
-    /// Forgets which bricks failed, so that they are tried again when next requested.
+    /// Forgets which bricks failed: those of the levels that always stay are tried again at once, others when next requested.
     pub fn retry(&self) {
-        self.shared.lock().failed.clear();
+        self.shared.lock().retry();
+        self.shared.work.notify_all();
     }
 
     fn wait(&self, timeout: Duration, is_done: impl Fn(&State) -> bool) -> bool {
