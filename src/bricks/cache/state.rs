@@ -110,8 +110,8 @@ impl State {
         Some(entry.brick.clone())
     }
 
-    pub(super) fn follow(&mut self, pyramid: &Pyramid, slices: &SliceSet, finest: u8) {
-        let next = if self.prefetches { self.ahead.next(pyramid, slices, finest) } else { Vec::new() };
+    pub(super) fn follow(&mut self, pyramid: &Pyramid, slices: &SliceSet, finest: u8, shows: &dyn Fn(BrickKey) -> bool) {
+        let next = if self.prefetches { self.ahead.next(pyramid, slices, finest, shows) } else { Vec::new() };
         self.slices.clone_from(slices);
         let is_there = |key: &BrickKey| self.resident.contains_key(key) || self.loading.contains(key);
         self.fetched = next.iter().copied().filter(|key| !self.pinned.contains(key) && is_there(key)).collect();

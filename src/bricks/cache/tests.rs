@@ -217,9 +217,9 @@ fn what_a_slice_will_meet_is_read_ahead() {
     assert!(cache.wait_ready(LONG));
     cache.stage(Stage::Interaction);
     let at = |x: f64| SliceSet { planes: vec![SlicePlane::across(0, x)], moving: Some(0) };
-    cache.follow(&at(100.0), 0);
+    cache.follow(&at(100.0), 0, &|_| true);
     assert!(!cache.is_resident(brick(2, 0, 0)));
-    cache.follow(&at(101.0), 0);
+    cache.follow(&at(101.0), 0, &|_| true);
     let end = Instant::now() + LONG;
     while !(0..8).all(|y| (0..8).all(|z| cache.is_resident(brick(2, y, z)))) {
         assert!(Instant::now() < end);
@@ -268,7 +268,7 @@ fn until(is_so: impl Fn() -> bool) {
 /// A slice across x, seen on its way.
 fn drag(cache: &BrickCache, places: [f64; 2]) {
     for x in places {
-        cache.follow(&SliceSet { planes: vec![SlicePlane::across(0, x)], moving: Some(0) }, 0);
+        cache.follow(&SliceSet { planes: vec![SlicePlane::across(0, x)], moving: Some(0) }, 0, &|_| true);
     }
 }
 
@@ -349,7 +349,7 @@ proptest! {
             scope.spawn(|| {
                 for frame in 0..requests.len() as u64 * 20 {
                     let slices = SliceSet { planes: vec![SlicePlane::across(0, frame as f64 * 7.0 % 512.0)], moving: Some(0) };
-                    cache.follow(&slices, 0);
+                    cache.follow(&slices, 0, &|_| true);
                     std::thread::yield_now();
                 }
             });
