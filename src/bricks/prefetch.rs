@@ -138,7 +138,7 @@ mod tests {
                 let slices = |k: f64| SliceSet { planes: vec![at(k)], moving: Some(0) };
                 ahead.next(&pyramid, &slices(-speed), level, &is_shown);
                 let mut found = ahead.next(&pyramid, &slices(0.0), level, &is_shown);
-                let reach = (speed * 60.0).abs().clamp(f64::from(64 << level), f64::from(3 * 64 << level));
+                let reach = (speed * 60.0).abs().clamp(f64::from(64 << level), f64::from(192 << level));
                 assert!(found.iter().take(3).all(|&key| plane_meets(&at(0.0), key)), "{normal} {speed}");
                 let mut all: Vec<BrickKey> =
                     (0..=200).flat_map(|k| pyramid.cut(&at(reach.copysign(speed) * f64::from(k) / 200.0), level)).collect();
