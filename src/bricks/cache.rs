@@ -89,11 +89,11 @@ impl BrickCache {
     }
 
     /// Says where the slices are now, and up to which level they are wanted. The policy learns from it, and the bricks that the moving slices
-    /// will meet next are loaded ahead, nearest first, below everything that is requested. Call it once a frame, before
-    /// [`BrickCache::request`].
-    pub fn follow(&self, slices: &SliceSet, finest: u8) {
+    /// will meet next are loaded ahead, nearest first, below everything that is requested: those that `shows` says some picture shows. It must
+    /// be true for all coarser bricks above one for which it is. Call it once a frame, before [`BrickCache::request`].
+    pub fn follow(&self, slices: &SliceSet, finest: u8, shows: &dyn Fn(BrickKey) -> bool) {
         let mut state = self.shared.lock();
-        state.follow(self.shared.source.pyramid(), slices, finest);
+        state.follow(self.shared.source.pyramid(), slices, finest, shows);
         self.shared.work.notify_all();
     }
 
@@ -150,9 +150,10 @@ impl BrickCache {
         self.shared.lock().counters.clone()
     }
 
-    /// Forgets which bricks failed, so that they are tried again when next requested.
+    /// Forgets which bricks failed: those of the levels that always stay are tried again at once, others when next requested.
     pub fn retry(&self) {
-        self.shared.lock().failed.clear();
+        self.shared.lock().retry();
+        self.shared.work.notify_all();
     }
 
     fn wait(&self, timeout: Duration, is_done: impl Fn(&State) -> bool) -> bool {

@@ -14,7 +14,8 @@ pub struct SlicePlane {
 impl SlicePlane {
     /// The plane through a point; `None` where the point or the normal is not finite, or the normal has no length.
     pub fn new(point: DVec3, normal: DVec3) -> Option<Self> {
-        let normal = normal.try_normalize()?;
+        // The square of a long or a short one may be no number.
+        let normal = (normal / normal.abs().max_element()).try_normalize()?;
         point.is_finite().then_some(SlicePlane { point, normal })
     }
 

@@ -50,7 +50,7 @@ impl SeenSlice {
     }
 
     /// Whether a brick may be in the picture, with a voxel around it.
-    fn shows(&self, key: BrickKey) -> bool {
+    pub(crate) fn shows(&self, key: BrickKey) -> bool {
         let size = key.voxel_size();
         let low = key.first() - size;
         let edge = (f64::from(BRICK_EDGE) + 1.0) * size;

@@ -126,7 +126,7 @@ mod tests {
         for (_, motion) in Motion::ALL {
             let trace = motion.trace(DIMS, 30, 4);
             assert_eq!(trace.frames.len(), 30);
-            let back = Trace::from_json(&trace.to_json()).expect("what was written");
+            let back = Trace::from_json(&trace.to_json().expect("text")).expect("what was written");
             assert_eq!((back.dims, &back.name, back.frames.len()), (trace.dims, &trace.name, 30));
             for (a, b) in trace.frames.iter().zip(&back.frames) {
                 assert_eq!(a.moving, b.moving);
@@ -144,6 +144,9 @@ mod tests {
         let plane = "{\"point\": [0, 0, 0], \"normal\": [0, 0, 2]}";
         let read = |text: String| Trace::from_json(&text).map_err(|error| error.to_string());
         assert_eq!(read(frame(plane, "")).expect("a trace").frames[0].planes[0].normal, DVec3::Z);
+        let long = "{\"point\": [70, 0, 0], \"normal\": [1e200, 0, 0]}, {\"point\": [0, 0, 0], \"normal\": [0, -1e-200, 0]}";
+        let normals: Vec<DVec3> = read(frame(long, "")).expect("a trace").frames[0].planes.iter().map(|plane| plane.normal).collect();
+        assert_eq!(normals, [DVec3::X, -DVec3::Y]);
         for (text, expected) in [
             ("[1]".to_owned(), "expected"),
             ("{\"dims\": [9, 9], \"frames\": []}".to_owned(), "dims"),
@@ -151,12 +154,31 @@ mod tests {
             ("{\"dims\": [9, 0, 9], \"frames\": []}".to_owned(), "9 x 0 x 9"),
             (frame("{\"point\": [0, 0, 0], \"normal\": [0, 0, 0]}", ""), "frame 0: slice 0 is no plane"),
             (frame("{\"point\": [0, 0], \"normal\": [0, 0, 1]}", ""), "frames[0].planes[0].point"),
+            (frame("{\"point\": [80, 0, 0], \"normal\": [1, 0, 0]}", ""), "frame 0: slice 0 lies beside the volume"),
+            (frame("{\"point\": [0, 0, -1e300], \"normal\": [0, 1, 1]}", ""), "frame 0: slice 0 lies beside the volume"),
+            (frame("{\"point\": [1e308, 1e308, 1e308], \"normal\": [1, 1, -1]}", ""), "beside the volume"),
             (frame(plane, ", \"moving\": 1"), "slice 1 moves, but there are 1"),
             (frame(plane, "") + "x", "trailing"),
         ] {
             let error = read(text.clone()).expect_err(&text);
             assert!(error.contains(expected), "{text}: {error}");
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_trace_is_a_file_as_any_other_and_links_stay() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().expect("a folder");
+        let [plain, link, target] = ["plain", "link.json", "target.json"].map(|name| folder.path().join(name));
+        std::fs::write(&plain, "").expect("a file");
+        std::os::unix::fs::symlink(&target, &link).expect("a link");
+        std::fs::write(&target, "old").expect("a file");
+        Motion::Loop.trace(DIMS, 5, 1).write(&link).expect("written");
+        assert!(std::fs::symlink_metadata(&link).expect("a link").is_symlink());
+        assert_eq!(Trace::read(&target).expect("a trace").frames.len(), 5);
+        let mode = |path: &std::path::Path| std::fs::metadata(path).expect("a file").permissions().mode();
+        assert_eq!(mode(&target), mode(&plain));
     }
 
     #[test]

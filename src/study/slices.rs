@@ -291,11 +291,16 @@ pub fn replay_dims(dims: [u32; 3]) -> [u32; 3] {
     pyramid.dims((0..pyramid.levels()).find(|&level| largest(level) <= MOST).unwrap_or(pyramid.levels() - 1))
 }
 
-/// What a recorded trace needs: the finest level whose frames have at most so many bricks.
+/// What a recorded trace needs: the finest level whose frames have at most so many bricks, of those that have at most 2^20 along two axes.
 pub fn recorded_demand(trace: &Trace, most: usize) -> Demand {
-    let levels = Pyramid::new(trace.dims).levels();
+    let pyramid = Pyramid::new(trace.dims);
+    let levels = pyramid.levels();
     let mut demand = trace.demand(Needs::Level(levels - 1));
     for level in (0..levels - 1).rev() {
+        let [x, y, z] = pyramid.bricks(level).map(u64::from);
+        if (x * y).max(y * z).max(z * x) > 1 << 20 {
+            break;
+        }
         let finer = trace.demand(Needs::Level(level));
         if finer.frame_set() > most {
             break;
@@ -356,5 +361,14 @@ mod tests {
         assert_eq!((replay_dims([3200, 64, 3200]), replay_dims([3300, 64, 3300])), ([3200, 64, 3200], [1650, 32, 1650]));
         let recorded = recorded_demand(&Motion::Scrub.trace([1000; 3], 20, 1), 300);
         assert!(recorded.frame_set() <= 300 && recorded.frames[0].1.iter().all(|key| key.level == 1));
+    }
+
+    /// A slice through a corner takes few bricks of any level, but looking for them takes a while where there are 2^52 columns of them.
+    #[test]
+    fn what_a_trace_through_a_huge_volume_needs_is_found_soon() {
+        let plane = SlicePlane::new(DVec3::ZERO, DVec3::ONE).expect("a plane");
+        let frames = vec![crate::bricks::SliceSet { planes: vec![plane], moving: None }];
+        let demand = recorded_demand(&Trace { name: String::new(), dims: [u32::MAX; 3], frames }, 300);
+        assert!(demand.frames[0].1.iter().all(|key| key.level == 16), "{:?}", demand.frames[0].1);
     }
 }

@@ -131,7 +131,7 @@ impl Stream {
                 self.slots.touch(key);
             }
             let finest = self.asked.bricks.last().map_or(levels - 1, |key| key.level);
-            self.cache.follow(slices, finest);
+            self.cache.follow(slices, finest, &|key| seen.iter().any(|slice| slice.shows(key)));
         }
         if is_new || self.pointed != pointed {
             self.pointed = pointed;

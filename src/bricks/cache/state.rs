@@ -23,6 +23,8 @@ pub(super) struct State {
     /// Bricks that always stay and are not there yet.
     pub(super) coarse_left: u64,
     coarse: VecDeque<BrickKey>,
+    /// How many bricks always stay: there is room for them, whether they are there or not.
+    coarse_count: usize,
     resident: KeyMap<Entry>,
     loading: KeySet,
     /// The least wanted first.
@@ -67,6 +69,7 @@ impl State {
             coarse_level,
             coarse_left,
             coarse,
+            coarse_count: coarse_left as usize,
             resident: KeyMap::default(),
             loading: KeySet::default(),
             queue: Vec::new(),
@@ -107,8 +110,8 @@ impl State {
         Some(entry.brick.clone())
     }
 
-    pub(super) fn follow(&mut self, pyramid: &Pyramid, slices: &SliceSet, finest: u8) {
-        let next = if self.prefetches { self.ahead.next(pyramid, slices, finest) } else { Vec::new() };
+    pub(super) fn follow(&mut self, pyramid: &Pyramid, slices: &SliceSet, finest: u8, shows: &dyn Fn(BrickKey) -> bool) {
+        let next = if self.prefetches { self.ahead.next(pyramid, slices, finest, shows) } else { Vec::new() };
         self.slices.clone_from(slices);
         let is_there = |key: &BrickKey| self.resident.contains_key(key) || self.loading.contains(key);
         self.fetched = next.iter().copied().filter(|key| !self.pinned.contains(key) && is_there(key)).collect();
@@ -123,8 +126,7 @@ impl State {
         }
         let mut wanted: Vec<(BrickKey, f32)> = wanted.iter().copied().filter(|wanted| wanted.0.level < self.coarse_level).collect();
         wanted.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let coarse: usize = self.resident.keys().filter(|key| key.level >= self.coarse_level).count() + self.coarse.len();
-        let room = self.capacity.saturating_sub(coarse);
+        let room = self.capacity.saturating_sub(self.coarse_count);
         self.counters.refused += wanted.len().saturating_sub(room) as u64;
         wanted.truncate(room);
         let old = std::mem::take(&mut self.queue);
@@ -137,7 +139,8 @@ impl State {
                     if entry.frame != self.frame {
                         entry.frame = self.frame;
                         self.policy.hit(key);
-                        self.counters.hits += 1;
+                        // What came since this frame was counted is one of its misses.
+                        self.counters.hits += u64::from(is_new);
                     }
                 }
                 None => {
@@ -196,6 +199,14 @@ impl State {
         None
     }
 
+    /// Forgets what failed; what always stays is to be read again.
+    pub(super) fn retry(&mut self) {
+        let mut coarse: Vec<BrickKey> = self.failed.drain().filter(|key| key.level >= self.coarse_level).collect();
+        coarse.sort_unstable_by(|a, b| b.level.cmp(&a.level).then(a.cmp(b)));
+        self.coarse_left += coarse.len() as u64;
+        self.coarse.extend(coarse);
+    }
+
     fn is_open(&self, key: BrickKey) -> bool {
         !self.resident.contains_key(&key) && !self.loading.contains(&key) && !self.failed.contains(&key)
     }
@@ -203,8 +214,10 @@ impl State {
     /// Whether one more brick fits, after evicting one if need be. What the frame has used or what was read ahead makes no room for reading
     /// ahead, and for what is requested only where nothing else does.
     fn make_room(&mut self, is_ahead: bool) -> bool {
-        let State { policy, resident, loading, pinned, fetched, frame, counters, capacity, coarse, .. } = self;
-        while resident.len() + loading.len() + coarse.len() >= *capacity {
+        let is_failed_coarse = |key: &&BrickKey| key.level >= self.coarse_level;
+        let away = self.coarse.len() + self.failed.iter().filter(is_failed_coarse).count();
+        let State { policy, resident, loading, pinned, fetched, frame, counters, capacity, .. } = self;
+        while resident.len() + loading.len() + away >= *capacity {
             let may_for_request =
                 |key: BrickKey| !pinned.contains(&key) && resident.get(&key).is_some_and(|entry| Arc::strong_count(&entry.brick) == 1);
             let may = |key: BrickKey| {

@@ -16,6 +16,7 @@ struct Made {
     most: AtomicI64,
     order: Mutex<Vec<BrickKey>>,
     fails: Option<BrickKey>,
+    is_mended: AtomicBool,
     slow: bool,
     /// While it is set, readers wait: all, or those of one brick.
     gate: AtomicBool,
@@ -34,6 +35,7 @@ impl Made {
             most,
             order: Mutex::default(),
             fails: None,
+            is_mended: AtomicBool::new(false),
             slow: false,
             gate: AtomicBool::new(false),
             gated: None,
@@ -74,7 +76,7 @@ impl BrickSource for Made {
         }
         self.reading.fetch_sub(1, SeqCst);
         match self.fails {
-            Some(fails) if fails == key => Err(io::Error::other("made: brick is broken")),
+            Some(fails) if fails == key && !self.is_mended.load(SeqCst) => Err(io::Error::other("made: brick is broken")),
             Some(_) if key.at == [7, 7, 7] => panic!("a reader's bug"),
             _ => Ok(Brick { samples: Samples::U8(vec![key.level; (BRICK_EDGE as usize).pow(3)].into()) }),
         }
@@ -181,15 +183,43 @@ fn a_failure_is_said_once_and_hangs_nothing() {
 }
 
 #[test]
+fn what_always_stays_is_tried_again_and_has_its_room() {
+    let fails = BrickKey { level: 2, at: [1, 0, 1] };
+    let source = Arc::new(Made { fails: Some(fails), ..Made::new(512) });
+    let cache = cache(&source, 60, 2, false);
+    assert!(cache.wait_ready(LONG) && !cache.is_resident(fails));
+    // Everything else is full.
+    cache.request(0, &block(0, 52));
+    assert!(cache.wait_refined(LONG));
+    assert_eq!((cache.counters().refused, cache.resident_bytes()), (1, 59 * BRICK));
+    source.is_mended.store(true, SeqCst);
+    cache.retry();
+    assert!(cache.wait_ready(LONG) && cache.is_resident(fails));
+    let counters = cache.counters();
+    assert_eq!((counters.errors, counters.evictions, counters.peak_bytes), (1, 0, 60 * BRICK));
+}
+
+#[test]
+fn asking_again_in_a_frame_counts_nothing_again() {
+    let source = Arc::new(Made::new(512));
+    let cache = cache(&source, 60, 2, false);
+    for (frame, expected) in [(0, (0, 5)), (0, (0, 5)), (1, (5, 5)), (1, (5, 5))] {
+        cache.request(frame, &block(0, 5));
+        assert!(cache.wait_ready(LONG) && cache.wait_refined(LONG));
+        assert_eq!((cache.counters().hits, cache.counters().misses), expected);
+    }
+}
+
+#[test]
 fn what_a_slice_will_meet_is_read_ahead() {
     let source = Arc::new(Made::new(512));
     let cache = cache(&source, 400, 2, true);
     assert!(cache.wait_ready(LONG));
     cache.stage(Stage::Interaction);
     let at = |x: f64| SliceSet { planes: vec![SlicePlane::across(0, x)], moving: Some(0) };
-    cache.follow(&at(100.0), 0);
+    cache.follow(&at(100.0), 0, &|_| true);
     assert!(!cache.is_resident(brick(2, 0, 0)));
-    cache.follow(&at(101.0), 0);
+    cache.follow(&at(101.0), 0, &|_| true);
     let end = Instant::now() + LONG;
     while !(0..8).all(|y| (0..8).all(|z| cache.is_resident(brick(2, y, z)))) {
         assert!(Instant::now() < end);
@@ -238,7 +268,7 @@ fn until(is_so: impl Fn() -> bool) {
 /// A slice across x, seen on its way.
 fn drag(cache: &BrickCache, places: [f64; 2]) {
     for x in places {
-        cache.follow(&SliceSet { planes: vec![SlicePlane::across(0, x)], moving: Some(0) }, 0);
+        cache.follow(&SliceSet { planes: vec![SlicePlane::across(0, x)], moving: Some(0) }, 0, &|_| true);
     }
 }
 
@@ -319,7 +349,7 @@ proptest! {
             scope.spawn(|| {
                 for frame in 0..requests.len() as u64 * 20 {
                     let slices = SliceSet { planes: vec![SlicePlane::across(0, frame as f64 * 7.0 % 512.0)], moving: Some(0) };
-                    cache.follow(&slices, 0);
+                    cache.follow(&slices, 0, &|_| true);
                     std::thread::yield_now();
                 }
             });

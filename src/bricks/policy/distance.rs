@@ -68,6 +68,12 @@ pub struct Mdfo {
     aside: Vec<BrickKey>,
 }
 
+/// Beyond this growth, priorities would lose their decimals.
+const MOST_GROWTH: f64 = 1e9;
+
+/// Entries that the heap may have beside two for each resident brick: those of bricks that have left.
+const SPARE: usize = 1024;
+
 /// A brick and its priority, less the growth until it was worked out, at most.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Bound(f64, BrickKey);
@@ -111,6 +117,12 @@ impl Mdfo {
         }
     }
 
+    /// How long the heap is.
+    #[cfg(test)]
+    pub(super) fn entries(&self) -> usize {
+        self.heap.len()
+    }
+
     fn bound(&self, key: BrickKey) -> Option<Bound> {
         let unused = self.frame - self.used.get(&key)?;
         Some(Bound(self.params.priority(&self.pyramid, &self.slices, key, unused) - self.growth, key))
@@ -149,8 +161,9 @@ impl EvictionPolicy for Mdfo {
         self.frame += 1;
         self.slices.clone_from(slices);
         self.reconsider();
-        if step.is_finite() {
-            self.growth += self.params.k_d * step + self.params.k_t;
+        let growth = self.growth + self.params.k_d * step + self.params.k_t;
+        if growth < MOST_GROWTH && self.heap.len() <= 2 * self.used.len() + SPARE {
+            self.growth = growth;
         } else {
             self.growth = 0.0;
             self.heap = self.used.keys().filter_map(|&key| self.bound(key)).collect();

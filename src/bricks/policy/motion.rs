@@ -52,6 +52,9 @@ const SLACK: f64 = 0.125;
 /// Width of a bin of places, bricks.
 const BIN: f64 = 0.125;
 
+/// Bins at most: a slice that goes farther than any volume reaches is not foreseen.
+const MOST_BINS: f64 = 4e6;
+
 /// Places that are remembered, at least.
 const MEMORY: usize = 4096;
 
@@ -113,7 +116,7 @@ impl Course {
             old.distance(plane.point) / f64::from(BRICK_EDGE)
         };
         let jumped = step.abs() > JUMP && !turned;
-        let dragged = if jumped { 0.0 } else { step.abs() };
+        let dragged = if jumped { 0.0 } else { step.abs().min(self.way) };
         self.mobility += (dragged - self.mobility) / RUN[0];
         self.jumps += (f64::from(u8::from(jumped)) - self.jumps) / RUN[1];
         if turned {
@@ -176,9 +179,15 @@ impl Course {
     fn foresee(&mut self, lag: usize) {
         let cycle = &self.places[self.places.len() - lag..];
         let (low, high) = cycle.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
-        self.bin0 = low;
+        let bins = (high - low) / BIN;
         self.visits.clear();
-        self.visits.resize(((high - low) / BIN) as usize + 1, u32::MAX);
+        // Not so for places that are no numbers either.
+        if !(0.0..MOST_BINS).contains(&bins) {
+            self.period = None;
+            return;
+        }
+        self.bin0 = low;
+        self.visits.resize(bins as usize + 1, u32::MAX);
         for (place, k) in cycle.iter().zip(1..) {
             let bin = &mut self.visits[((place - low) / BIN) as usize];
             *bin = k.min(*bin);

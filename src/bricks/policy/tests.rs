@@ -101,6 +101,82 @@ fn mdfo_evicts_the_largest_priority_of_all() {
     }
 }
 
+/// Planes far beside the volume, as no picture has them: nothing panics, and nothing is worse afterwards.
+#[test]
+fn a_slice_far_outside_breaks_no_policy() {
+    let pyramid = Pyramid::new([256; 3]);
+    let oblique = |at: f64| SlicePlane { point: glam::DVec3::splat(at), normal: glam::DVec3::ONE.normalize() };
+    for far in [1e13, -1e19, 1e300, f64::MAX] {
+        for policy in Policy::ALL {
+            let mut policy = policy.build(&pyramid);
+            for frame in 0..80u32 {
+                let plane = |at: f64| if frame < 40 { SlicePlane::across(0, at) } else { oblique(at) };
+                let at = plane(if frame % 2 == 0 { 10.0 } else { far });
+                policy.frame(&SliceSet { planes: vec![at, SlicePlane::across(1, 0.0)], moving: Some(0) });
+                policy.insert(brick(frame % 4));
+                policy.victim(&|key| key != brick(1));
+                policy.remove(brick(frame % 4));
+            }
+            for x in 0..4 {
+                policy.insert(brick(x));
+                policy.frame(&SliceSet { planes: vec![oblique(10.0), SlicePlane::across(1, 0.0)], moving: Some(0) });
+            }
+            let left = std::iter::from_fn(|| policy.victim(&|_| true).inspect(|&key| policy.remove(key))).count();
+            assert_eq!(left, 4, "{} {far}", policy.name());
+        }
+    }
+}
+
+#[test]
+fn a_drag_beyond_reason_leaves_the_distance_as_it_was() {
+    let pyramid = Pyramid::new([64 * 32, 64, 64]);
+    let mut policy = Mdfo::distance(&pyramid);
+    let at = |x: f64| SliceSet { planes: vec![SlicePlane::across(0, x)], moving: Some(0) };
+    for x in [10.0, 1e300, 10.0] {
+        policy.frame(&at(x));
+    }
+    (0..32).for_each(|x| policy.insert(brick(x)));
+    policy.frame(&at(0.0));
+    assert_eq!(policy.victim(&|_| true), Some(brick(31)));
+}
+
+/// What has left long ago does not stay in the heap for good.
+#[test]
+fn the_books_are_no_longer_than_what_is_resident() {
+    let pyramid = Pyramid::new([64 * 32, 64, 64]);
+    let mut policy = Mdfo::new(&pyramid, MdfoParams::default());
+    for frame in 0..2000 {
+        let slices = SliceSet { planes: vec![SlicePlane::across(0, f64::from(frame % 7))], moving: Some(0) };
+        policy.frame(&slices);
+        for x in 0..8 {
+            policy.insert(brick(x));
+            if x > 1 {
+                policy.remove(brick(x));
+            }
+        }
+    }
+    assert!(policy.entries() < 1100, "{}", policy.entries());
+    assert_eq!(policy.victim(&|_| true), Some(brick(1)));
+}
+
+#[test]
+fn what_was_refused_is_proposed_again_when_told_so_and_what_is_new_is_at_once() {
+    let pyramid = Pyramid::new([64 * 32, 64, 64]);
+    let mut policies: Vec<Box<dyn EvictionPolicy>> = Policy::ALL.iter().map(|policy| policy.build(&pyramid)).collect();
+    policies.push(Box::new(Areas::new(&pyramid, 10)));
+    policies.push(Box::new(Optimum::new(&demand(&[&[0], &[1], &[2]]))));
+    for mut policy in policies {
+        policy.frame(&SliceSet { planes: vec![SlicePlane::across(0, 10.0)], moving: None });
+        policy.insert(brick(0));
+        policy.insert(brick(1));
+        assert_eq!(policy.victim(&|_| false), None);
+        policy.insert(brick(2));
+        assert_eq!(policy.victim(&|key| key == brick(2)), Some(brick(2)), "{}", policy.name());
+        policy.reconsider();
+        assert_eq!(policy.victim(&|key| key == brick(0)), Some(brick(0)), "{}", policy.name());
+    }
+}
+
 /// Fewest misses of all ways to evict, tried one after the other.
 fn fewest(frames: &[Vec<u32>], capacity: usize, pinned: bool) -> u64 {
     fn go(uses: &[(usize, u32)], frames: &[Vec<u32>], resident: &mut Vec<u32>, capacity: usize, pinned: bool) -> u64 {

@@ -43,7 +43,7 @@ pub fn simulate_loading(demand: &Demand, loading: Loading, policy: &mut dyn Evic
         outcome.misses += queue.len() as u64;
         outcome.hits += (needs.len() - queue.len()) as u64;
         outcome.missing_frames += usize::from(!queue.is_empty());
-        let next = prefetch.map_or(Vec::new(), |level| ahead.next(&demand.pyramid, slices, level));
+        let next = prefetch.map_or(Vec::new(), |level| ahead.next(&demand.pyramid, slices, level, &|_| true));
         // As in the cache: what is read ahead takes no more than half of what the frame leaves.
         let room = capacity.saturating_sub(needs.len()) / 2;
         let coming: KeySet = next.iter().filter(|key| !needed.contains(key)).take(room).copied().collect();

@@ -1,7 +1,8 @@
 //! Traces as files.
 
 use super::{SliceSet, Trace};
-use crate::bricks::SlicePlane;
+use crate::bricks::{BRICK_EDGE, SlicePlane};
+use crate::image::write_atomically;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -55,7 +56,7 @@ struct PlaneRecord {
 }
 
 impl Trace {
-    /// Reads what [`Trace::to_json`] writes. Normals may have any length.
+    /// Reads what [`Trace::to_json`] writes. Normals may have any length; slices may lie up to a brick beside the volume.
     pub fn from_json(text: &str) -> Result<Self, TraceError> {
         let mut reader = serde_json::Deserializer::from_str(text);
         let record: Record = serde_path_to_error::deserialize(&mut reader).map_err(|error| TraceError::Form(error.to_string()))?;
@@ -63,7 +64,8 @@ impl Trace {
         if record.dims.contains(&0) {
             return Err(TraceError::Dims(record.dims));
         }
-        let frames: Vec<SliceSet> = record.frames.iter().enumerate().map(|(i, frame)| frame.read(i)).collect::<Result<_, _>>()?;
+        let frames: Vec<SliceSet> =
+            record.frames.iter().enumerate().map(|(i, frame)| frame.read(i, record.dims)).collect::<Result<_, _>>()?;
         if frames.is_empty() {
             return Err(TraceError::Empty);
         }
@@ -71,11 +73,11 @@ impl Trace {
     }
 
     /// The trace as JSON text.
-    pub fn to_json(&self) -> String {
+    pub fn to_json(&self) -> Result<String, TraceError> {
         let plane = |plane: &SlicePlane| PlaneRecord { point: plane.point.to_array(), normal: plane.normal.to_array() };
         let frame = |frame: &SliceSet| FrameRecord { planes: frame.planes.iter().map(plane).collect(), moving: frame.moving };
         let record = Record { name: self.name.clone(), dims: self.dims, frames: self.frames.iter().map(frame).collect() };
-        serde_json::to_string(&record).unwrap_or_default()
+        serde_json::to_string(&record).map_err(|error| TraceError::Io(error.into()))
     }
 
     /// Reads a file.
@@ -89,21 +91,24 @@ impl Trace {
 
     /// Writes a file, whole or not at all.
     pub fn write(&self, path: &Path) -> Result<(), TraceError> {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        std::io::Write::write_all(&mut file, self.to_json().as_bytes())?;
-        file.persist(path).map_err(|error| error.error)?;
-        Ok(())
+        let json = self.to_json()?;
+        Ok(write_atomically(path, |out| out.write_all(json.as_bytes()))?)
     }
 }
 
 impl FrameRecord {
-    fn read(&self, frame: usize) -> Result<SliceSet, TraceError> {
+    fn read(&self, frame: usize, dims: [u32; 3]) -> Result<SliceSet, TraceError> {
+        let half = DVec3::from(dims.map(f64::from)) / 2.0;
         let wrong = |what: String| TraceError::Frame { frame, what };
         let mut planes = Vec::with_capacity(self.planes.len());
         for (i, PlaneRecord { point, normal }) in self.planes.iter().enumerate() {
             let plane = SlicePlane::new(DVec3::from(*point), DVec3::from(*normal));
-            planes.push(plane.ok_or_else(|| wrong(format!("slice {i} is no plane: point {point:?}, normal {normal:?}")))?);
+            let plane = plane.ok_or_else(|| wrong(format!("slice {i} is no plane: point {point:?}, normal {normal:?}")))?;
+            let most = half.dot(plane.normal.abs()) + f64::from(BRICK_EDGE);
+            if !(-most..=most).contains(&plane.distance(half - 0.5)) {
+                return Err(wrong(format!("slice {i} lies beside the volume: point {point:?}, normal {normal:?}, {dims:?} voxels")));
+            }
+            planes.push(plane);
         }
         if let Some(moving) = self.moving.filter(|&moving| moving >= planes.len()) {
             return Err(wrong(format!("slice {moving} moves, but there are {}", planes.len())));

@@ -33,7 +33,8 @@ impl Random {
     }
 }
 
-/// How the slices of a synthetic trace move. All but [`Motion::Paper`] have a slice across each axis and an oblique one.
+/// How the slices of a synthetic trace move. There is one across each axis and, but for [`Motion::Paper`] and [`Motion::PaperJumps`], an
+/// oblique one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Motion {
     /// The paper's: three slices across the axes, 30 moves along each, in random order. Each move drags a slice to a random place, half a
