@@ -65,7 +65,7 @@ impl SliceFrame {
         }
         let [[left, end], [bottom, top]] = bounds?;
         let extent = (end - left).max(top - bottom);
-        if !(extent > 0.0) {
+        if extent.is_nan() || extent <= 0.0 {
             return None;
         }
         let pixel = extent / f64::from(longest.max(1));

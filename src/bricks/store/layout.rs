@@ -16,7 +16,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::sync::Arc;
 use zarrs::array::codec::ZstdCodec;
-use zarrs::array::{Array, ArrayBuilder, ArrayCreateError, data_type};
+use zarrs::array::codec::array_to_bytes::sharding::{ShardingCodecOptions, SubchunkWriteOrder};
+use zarrs::array::{Array, ArrayBuilder, ArrayCreateError, CodecSpecificOptions, data_type};
 
 /// The version of [`Info`] that this program writes, and reads.
 pub const VERSION: u32 = 1;
@@ -116,6 +117,9 @@ pub fn level_array<S: ?Sized>(storage: Arc<S>, info: &Info, voxel_type: VoxelTyp
     let mut builder = array_of(voxel_type, along_zyx(info.pyramid().dims(level)), vec![u64::from(info.shard_edge()); 3]);
     builder.subchunk_shape(vec![u64::from(BRICK_EDGE); 3]).bytes_to_bytes_codecs(vec![Arc::new(ZstdCodec::new(ZSTD_LEVEL, false))]);
     builder.dimension_names(["z", "y", "x"].into());
+    // The same bytes for any number of threads.
+    let in_order = ShardingCodecOptions::default().with_subchunk_write_order(SubchunkWriteOrder::C);
+    builder.codec_specific_options(CodecSpecificOptions::default().with_option(in_order));
     builder.build(storage, &format!("/{level}"))
 }
 

@@ -420,6 +420,21 @@ mod tests {
     }
 
     #[test]
+    fn a_store_is_the_same_bytes_for_any_number_of_threads() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let grid = waves([250, 200, 130]);
+        let built = [1, 8, 8].into_iter().enumerate().map(|(i, threads)| {
+            let path = folder.path().join(format!("{i}.zarr"));
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            let built = pool.install(|| build(&grid, &path, &options(), &Progress::new())).expect("built");
+            assert_eq!(built.info.shard_bricks, 4);
+            files(&path)
+        });
+        let built: Vec<_> = built.collect();
+        assert!(built[0] == built[1] && built[0] == built[2]);
+    }
+
+    #[test]
     fn nothing_is_lost_and_nothing_foreign_is_taken_for_a_store() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let small = grid([3, 2, 2], |[x, _, _]| x as f32);
