@@ -66,6 +66,7 @@ impl SliceBenchArgs {
 
     /// Replays, prints, writes.
     pub fn run(&self) -> Result<()> {
+        ensure!(self.record.is_none() || self.synthetic.is_some(), "--record goes with --synthetic");
         let inputs: Vec<(&Path, &str)> = self.slices.iter().map(|path| (path.as_path(), "what is replayed")).collect();
         let is_terminal = self.json.as_ref().is_some_and(|path| path.as_os_str() == "-");
         check_outputs_beside(&inputs, &[self.json.as_ref().filter(|_| !is_terminal)])?;
