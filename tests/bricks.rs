@@ -61,13 +61,14 @@ fn a_store_that_was_killed_twenty_times_ends_in_the_same_bytes() {
     waves(&folder.join("waves.raw"), DIMS);
     let text = done(folder, &bricks("whole.zarr", &[]));
     assert!(text.contains("levels        4") && text.contains("of 64 voxels a side"), "{text}");
-    let mut state = 12345u64;
+    let (mut state, mut resumed) = (12345u64, 0);
     let shards =
         || std::fs::read_dir(folder.join("killed.zarr/statistics/0/c")).map_or(0, |_| files(&folder.join("killed.zarr/statistics")).len());
     for _ in 0..20 {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         // Killed some microseconds after it has gone on by some shards.
         let goal = shards() + (state >> 40 & 3) as usize;
+        resumed += usize::from(shards() > 0);
         let mut run = Command::new(env!("CARGO_BIN_EXE_octetra"))
             .current_dir(folder)
             .args(bricks("killed.zarr", &[]))
@@ -81,13 +82,22 @@ fn a_store_that_was_killed_twenty_times_ends_in_the_same_bytes() {
         std::thread::sleep(Duration::from_micros(state >> 20 & 4095));
         run.kill().expect("killed");
         run.wait().expect("ended");
+        if folder.join("killed.zarr/zarr.json").is_file() {
+            // Killed in its last steps; what it left of them is tidied up.
+            assert!(refused(folder, &bricks("killed.zarr", &[])).contains("exists already"));
+            break;
+        }
         if folder.join("killed.zarr/octetra-build.json").is_file() {
             let error = refused(folder, &["slice", "killed.zarr", "--voxel", "z=1", "-o", "s.png"]);
             assert!(error.contains("killed.zarr: is not whole, its writing was stopped"), "{error}");
         }
     }
-    let text = done(folder, &bricks("killed.zarr", &[]));
-    assert!(text.contains(" were there"), "{text}");
+    // A fast machine may have ended before the last kill.
+    if folder.join("killed.zarr/octetra-build.json").is_file() {
+        let text = done(folder, &bricks("killed.zarr", &[]));
+        assert!(text.contains(" were there"), "{text}");
+    }
+    assert!(resumed > 0, "no run went on with what another had written");
     let (killed, whole) = (files(&folder.join("killed.zarr")), files(&folder.join("whole.zarr")));
     assert!(whole.len() > 100 && killed.keys().eq(whole.keys()), "{} files, {}", killed.len(), whole.len());
     for (name, bytes) in &whole {

@@ -138,8 +138,8 @@ impl<'a, T: StoredVoxel> Builder<'a, T> {
             Found::Foreign => return Err(StoreError::Foreign(path.to_owned())),
             Found::Whole if options.overwrite => false,
             Found::Whole => {
-                // A run that was killed between its last two steps leaves this.
-                let _ = fs::remove_file(path.join(BUILD)).and_then(|()| fs::remove_file(path.join(LOCK)));
+                // A run that was killed between its last steps leaves these.
+                [BUILD, LOCK].into_iter().for_each(|name| drop(fs::remove_file(path.join(name))));
                 return Err(StoreError::Exists(path.to_owned()));
             }
             Found::Begun(found) if found.removing => false,

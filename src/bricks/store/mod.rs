@@ -441,7 +441,9 @@ mod tests {
         let path = folder.path().join("a.zarr");
         let progress = Progress::new();
         build(&small, &path, &options(), &progress).expect("built");
+        let whole = files(&path);
         assert!(matches!(build(&small, &path, &options(), &progress), Err(StoreError::Exists(_))));
+        assert!(files(&path) == whole);
         build(&small, &path, &BuildOptions { overwrite: true, ..options() }, &progress).expect("replaced");
         assert_eq!(Store::open(&path).expect("whole").range(), [0.0, 2.0]);
 
