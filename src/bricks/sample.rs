@@ -61,7 +61,7 @@ mod tests {
     #[test]
     fn a_linear_field_is_itself_between_voxels_of_any_level() {
         let whole = [100, 80, 60];
-        let field = |p: DVec3| p.x + 2.0 * p.y - 3.0 * p.z;
+        let field = |p: DVec3| p.x + 2.0 * p.y - 4.0 * p.z;
         for level in 0..3u8 {
             let size = f64::from(level).exp2();
             let dims = whole.map(|n| n / size as u32);

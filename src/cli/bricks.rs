@@ -29,7 +29,7 @@ Examples:
   octetra slice survey.zarr --voxel z=100 -o inline_100.png
   octetra view survey.zarr                         slices in a window
 
-The store is a folder: Zarr v3 with OME-NGFF metadata, which napari, xarray and zarr-python open. It holds the volume in levels, each of half the
+The store is a folder: Zarr v3 with OME-NGFF metadata, which zarr-python and ome-zarr open. It holds the volume in levels, each of half the
 resolution of the one before, in bricks of 64^3 voxels, and of each brick its range and entropy. If writing is stopped, the same command
 goes on with it. Writing takes at most --memory, here 1GiB unless told.")]
 pub struct BricksCommand {

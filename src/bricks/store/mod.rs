@@ -497,6 +497,13 @@ mod tests {
         let going = folder.path().join("going.zarr");
         assert!(build(&Failing(&long, AtomicU64::new(5)), &going, &few, &progress).is_err());
         assert!(build(&long, &going, &few, &progress).expect("built").kept > 0);
+        // What was begun of another source is no part of what replaces it.
+        let replaced = folder.path().join("replaced.zarr");
+        assert!(build(&Failing(&long, AtomicU64::new(5)), &replaced, &few, &progress).is_err());
+        let flat = grid([150, 140, 130], |_| 7.0);
+        let other = BuildOptions { source: json!("another"), ..few };
+        assert_eq!(build(&flat, &replaced, &other, &progress).expect("built").kept, 0);
+        assert_eq!(Store::open(&replaced).expect("whole").range(), [7.0, 7.0]);
         let tiny = BuildOptions { budget_bytes: 8 << 20, ..options() };
         let wide = folder.path().join("wide.zarr");
         assert!(build(&Failing(&small, AtomicU64::new(0)), &wide, &options(), &progress).is_err());
